@@ -1,0 +1,39 @@
+// Convex hulls (by Qhull) and mass properties of closed triangle meshes.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "ifa/base/linear_algebra.hpp"
+
+namespace ifa {
+
+using Triangle = std::array<int, 3>;
+
+struct Hull {
+  std::vector<Vec3> vertices;       // extreme points only, in the order of the input
+  std::vector<Triangle> triangles;  // outward orientation (counter-clockwise seen from outside); empty if flat
+  bool flat = false;                // the points span no volume: `vertices` are then all distinct points
+};
+
+// Throws ArgumentError on no points or a coordinate that is not finite. Never aborts.
+Hull convex_hull(const std::vector<Vec3>& points);
+
+struct MassProperties {
+  double volume_m3 = 0.0;
+  double mass_kg = 0.0;
+  Vec3 centre_of_mass_m = Vec3::Zero();
+  Mat3 inertia_kg_m2 = Mat3::Zero();  // about the centre of mass
+};
+
+// Of the solid inside a closed, outward-oriented triangle mesh of uniform density, by the divergence
+// theorem (Eberly 2002, "Polyhedral mass properties"). A mesh turned inside out gives a negative volume.
+MassProperties mass_properties(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
+                               double density_kg_m3);
+
+// Of the hull of `vertices` rounded by `radius_m`: exact for a ball (one vertex), a capsule (two) and a
+// sharp hull; otherwise of the hull inflated by the directions of a fine sphere.
+MassProperties rounded_hull_mass_properties(const std::vector<Vec3>& vertices, double radius_m,
+                                            double density_kg_m3);
+
+}  // namespace ifa

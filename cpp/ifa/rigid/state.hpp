@@ -1,0 +1,28 @@
+// The state of a rigid body, psi = (x, q, v, omega), and its change of axes.
+#pragma once
+
+#include "ifa/base/linear_algebra.hpp"
+#include "ifa/rigid/body.hpp"
+
+namespace ifa {
+
+// World axes throughout. `orientation` maps body axes to world axes at the boundary and principal axes
+// to world axes inside the engines; `to_principal` and `to_body` convert.
+struct State {
+  Vec3 position = Vec3::Zero();          // of the centre of mass, m
+  Quat orientation = Quat::Identity();
+  Vec3 velocity = Vec3::Zero();          // of the centre of mass, m/s
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s, world axes
+};
+
+inline State to_principal(const Body& body, State s) {
+  s.orientation = s.orientation * body.body_from_principal();
+  return s;
+}
+
+inline State to_body(const Body& body, State s) {
+  s.orientation = s.orientation * body.body_from_principal().conjugate();
+  return s;
+}
+
+}  // namespace ifa
