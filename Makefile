@@ -1,0 +1,78 @@
+# Everything a contributor or CI runs. `make` lists it.
+SHELL := /bin/bash
+.DEFAULT_GOAL := help
+.PHONY: help deps build demo test lint test-cpp test-python test-blender bench sanitize format clean
+
+PY := .venv/bin/python
+CMAKE_DIR := build/cmake
+CXX_SOURCES = $(shell find cpp tests/cpp -name '*.cpp' -o -name '*.hpp')
+PY_SOURCES := python addon tests examples benchmarks
+TEST_PARTS := lint test-cpp test-python test-blender
+
+help:  ## list the targets
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1|/' | column -t -s '|'
+
+deps:  ## install what is missing: system packages by apt, Python packages into .venv
+	@scripts/install.sh build
+
+# One CMake tree serves the Python module and the C++ tests. The module lands beside the Python
+# sources, where the editable install in .venv (and any other Python 3.11 with python/ on its path)
+# finds it.
+build: deps  ## build .venv/bin/ifa, the Python package and the C++ tests
+	@if [ ! -e $(CMAKE_DIR)/configured ] || [ Makefile -nt $(CMAKE_DIR)/configured ] || \
+	    [ .venv/installed -nt $(CMAKE_DIR)/configured ]; then \
+	  cmake -S . -B $(CMAKE_DIR) -G Ninja -DCMAKE_BUILD_TYPE=Release \
+	    -DIFA_BUILD_TESTS=ON -DIFA_BUILD_PYTHON=ON -DIFA_WARNINGS_AS_ERRORS=ON \
+	    -DCMAKE_LIBRARY_OUTPUT_DIRECTORY=$(CURDIR)/python/ifa \
+	    -DPython_EXECUTABLE=$(CURDIR)/$(PY) -Dpybind11_DIR="$$($(PY) -m pybind11 --cmakedir)" && \
+	  touch $(CMAKE_DIR)/configured; \
+	fi
+	@cmake --build $(CMAKE_DIR)
+
+demo: build  ## make a recording, solve it, write the motion and pictures to build/demo
+	@$(PY) examples/first_light.py build/demo
+
+# All parts run even if one fails, so that one run shows everything that is wrong.
+test:  ## run all tests, the fast ones first
+	@scripts/install.sh build blender
+	@$(MAKE) --no-print-directory build
+	@failed=; for part in $(TEST_PARTS); do \
+	  echo "== make $$part"; $(MAKE) --no-print-directory $$part || failed="$$failed $$part"; \
+	done; \
+	if [ -n "$$failed" ]; then echo "make test: failed:$$failed" >&2; exit 1; fi
+
+lint: deps  ## check style and types
+	@.venv/bin/ruff check --quiet $(PY_SOURCES)
+	@.venv/bin/ruff format --quiet --check $(PY_SOURCES)
+	@.venv/bin/clang-format --dry-run -Werror $(CXX_SOURCES)
+	@.venv/bin/mypy
+
+test-cpp: build  ## run the C++ tests
+	@ctest --test-dir $(CMAKE_DIR) --output-on-failure --no-tests=error -j $$(nproc) --progress
+
+test-python: build  ## run the Python tests
+	@$(PY) -m pytest
+
+test-blender: build  ## run the add-on's tests inside Blender
+	@scripts/install.sh blender
+	@$(PY) tests/blender/run.py
+
+bench: build  ## solve the recordings and tosses in ../shared and print the table
+	@$(PY) benchmarks/solve.py
+
+# ThreadSanitizer cannot place its shadow memory where the kernel randomises addresses too widely.
+sanitize: deps  ## run the C++ tests under the address, undefined-behaviour and thread sanitizers
+	@set -e; for checks in address,undefined thread; do \
+	  cmake -S . -B build/$$checks -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DIFA_BUILD_PYTHON=OFF \
+	    -DIFA_SANITIZE=$$checks >/dev/null; \
+	  setarch -R cmake --build build/$$checks; \
+	  setarch -R ctest --test-dir build/$$checks --output-on-failure --no-tests=error -j $$(nproc); \
+	done
+
+format: deps  ## format all sources
+	@.venv/bin/ruff check --quiet --fix-only $(PY_SOURCES)
+	@.venv/bin/ruff format --quiet $(PY_SOURCES)
+	@.venv/bin/clang-format -i $(CXX_SOURCES)
+
+clean:  ## remove what was built, but not .venv
+	@rm -rf build python/ifa/_core*.so

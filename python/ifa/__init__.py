@@ -1,0 +1,53 @@
+"""Inverse-Foley Animation: rigid-body motion whose contacts land on the marks of a sound.
+
+Mark when a sound's contacts happen, and `solve` finds a motion of a `Body` whose audible hits land
+on those marks and that obeys physics:
+
+    import ifa
+
+    body = ifa.bodies.get("d6")
+    marks = ifa.Signature.read("roll.txt", sound="roll.wav")
+    solution = ifa.solve(body, marks, material="fit")
+    positions_m, quaternions_wxyz = solution.motion.sample([0.0, 0.5, 1.0])
+
+Units are SI, z is up, the ground is z = 0, quaternions are wxyz; CONVENTIONS.md has the rest. Every
+error that the package raises is an `IfaError`.
+"""
+
+from ifa import bodies
+from ifa._core import (
+    Cancelled,
+    IfaError,
+    IfaFileError,
+    IfaValueError,
+    Progress,
+    __version__,
+)
+from ifa.body import Body, MeshWarning
+from ifa.marks import Signature
+from ifa.simulation import Run, State, fly, simulate
+from ifa.solution import Event, Motion, Solution, solve
+from ifa.verification import Certificate, verify
+
+__all__ = [
+    "Body",
+    "Cancelled",
+    "Certificate",
+    "Event",
+    "IfaError",
+    "IfaFileError",
+    "IfaValueError",
+    "MeshWarning",
+    "Motion",
+    "Progress",
+    "Run",
+    "Signature",
+    "Solution",
+    "State",
+    "__version__",
+    "bodies",
+    "fly",
+    "simulate",
+    "solve",
+    "verify",
+]

@@ -1,0 +1,106 @@
+#!/usr/bin/env bash
+# Installs what is missing for the named parts: scripts/install.sh [build] [blender]
+#   build    Debian packages of the compiler and libraries, and .venv with the Python packages
+#   blender  Debian's Blender and a virtual display, for the tests of the add-on
+# Asks nothing of the network when nothing is missing. PYTHON=... chooses the interpreter.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+build_packages=(g++ cmake ninja-build libode-dev libeigen3-dev libnanoflann-dev libsndfile1-dev
+                libqhull-dev libgtest-dev)
+blender_packages=(blender python3-numpy xvfb xauth)
+venv=.venv
+
+say() { printf 'install: %s\n' "$*" >&2; }
+
+# Whether the interpreter $1 runs, is new enough, and can make a virtual environment and compile a module.
+usable_python() {
+  "$1" - >/dev/null 2>&1 <<'PY'
+import ensurepip, os, sys, sysconfig, venv
+header = os.path.join(sysconfig.get_path("include"), "Python.h")
+sys.exit(not (sys.version_info >= (3, 11) and os.path.exists(header)))
+PY
+}
+
+# Debian 12's Blender runs CPython 3.11, so a module built for any 3.11 serves both.
+find_python() {
+  local candidate
+  for candidate in ${PYTHON:-python3.11 /usr/bin/python3.11 /usr/bin/python3}; do
+    if usable_python "$candidate"; then
+      echo "$candidate"
+      return
+    fi
+  done
+  return 1
+}
+
+# The packages among the arguments that dpkg does not have installed.
+missing_packages() {
+  local package
+  for package in "$@"; do
+    dpkg-query -W -f '${db:Status-Abbrev}' "$package" 2>/dev/null | grep -q '^ii' || echo "$package"
+  done
+}
+
+install_packages() {
+  local command=(apt-get install -y --no-install-recommends "$@") prefix=()
+  if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo >/dev/null || ! { sudo -n true 2>/dev/null || { [ -t 0 ] && sudo -v; }; }; then
+      say "these Debian packages are missing and there is no right to install them (neither root nor sudo):"
+      say "    apt-get install --no-install-recommends $*"
+      say "install them and run the same command again"
+      exit 1
+    fi
+    prefix=(sudo -n)
+  fi
+  say "installing $*"
+  prefix+=(env DEBIAN_FRONTEND=noninteractive)
+  # a third-party source that is out of reach must not stop the install
+  "${prefix[@]}" apt-get update -q </dev/null || say "apt-get update failed; trying with the lists at hand"
+  if ! "${prefix[@]}" "${command[@]}" -q </dev/null; then
+    say "apt-get could not install: $*"
+    exit 1
+  fi
+}
+
+packages=()
+for part in "$@"; do
+  case "$part" in
+    build)
+      packages+=("${build_packages[@]}")
+      # Debian splits what usable_python asks for into packages of their own
+      if [ ! -x "$venv/bin/python" ] && [ -z "${PYTHON:-}" ] && ! find_python >/dev/null; then
+        packages+=(python3.11 python3.11-venv python3.11-dev)
+      fi ;;
+    blender) packages+=("${blender_packages[@]}") ;;
+    *) say "unknown part '$part': build or blender"; exit 2 ;;
+  esac
+done
+
+if command -v dpkg-query >/dev/null; then
+  mapfile -t missing < <(missing_packages "${packages[@]}")
+  if [ "${#missing[@]}" -gt 0 ]; then install_packages "${missing[@]}"; fi
+else
+  say "no dpkg here: assuming that the equivalents of these Debian packages are installed: ${packages[*]}"
+fi
+
+case " $* " in *" build "*) ;; *) exit 0 ;; esac
+
+# The stamp is what the Makefile's build depends on; it changes only when the environment does.
+stamp=$venv/installed
+if [ -e "$stamp" ] && [ ! pyproject.toml -nt "$stamp" ] && "$venv/bin/python" -c '' 2>/dev/null; then exit 0; fi
+
+if ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
+  if ! python=$(find_python); then
+    say "no usable Python: needs 3.11 or newer with the venv module and headers (looked at ${PYTHON:-python3.11, /usr/bin/python3})"
+    exit 1
+  fi
+  say "making $venv with $("$python" --version) ($python)"
+  "$python" -m venv --clear "$venv"
+fi
+say "installing Python packages into $venv"
+pip=("$venv/bin/python" -m pip --disable-pip-version-check install -q)
+"${pip[@]}" "scikit-build-core>=0.11" "pybind11>=2.13"
+# Only a link to python/ifa: the Makefile builds the C++ module there, once, with the C++ tests.
+"${pip[@]}" --no-build-isolation --editable '.[dev]' -C wheel.cmake=false -C editable.mode=inplace
+touch "$stamp"
