@@ -1,9 +1,10 @@
 #include "ifa/signature/marks.hpp"
 
 #include <cmath>
-#include <cstdio>
+#include <string>
 
 #include "ifa/base/error.hpp"
+#include "ifa/base/message.hpp"
 
 namespace ifa {
 namespace {
@@ -11,25 +12,6 @@ namespace {
 // Marks typed as decimals, such as 0.60 and 0.61, are 10 ms apart only up to the rounding of binary
 // fractions; a nanosecond is far above that and far below what anyone can mark.
 constexpr double kRounding_s = 1e-9;
-
-// At least two decimals, at most six.
-std::string seconds(double time_s) {
-  char text[32];
-  if (!(std::abs(time_s) < 1e9)) {
-    std::snprintf(text, sizeof text, "%g s", time_s);
-    return text;
-  }
-  std::snprintf(text, sizeof text, "%.6f", time_s);
-  std::string digits = text;
-  for (int spare = 4; spare > 0 && digits.back() == '0'; --spare) digits.pop_back();
-  return digits + " s";
-}
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
 
 void check_length(const std::vector<double>& values, const char* field, std::size_t n) {
   if (values.size() == n) return;
@@ -57,10 +39,6 @@ void check_time(const Marks& marks, std::size_t k, double merge_gap_s) {
 }
 
 }  // namespace
-
-std::string mark_name(std::size_t index, double time_s) {
-  return "mark " + std::to_string(index + 1) + " (" + seconds(time_s) + ")";
-}
 
 void validate(const Marks& marks, double merge_gap_s) {
   if (!(std::isfinite(merge_gap_s) && merge_gap_s >= 0.0))

@@ -2,12 +2,11 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
 namespace ifa {
 
-// What is asked after the last mark: `rest` that the body comes to rest without a further hit, `open` nothing.
+// What the body does after the last mark: `rest`, it comes to rest without a further hit; `open`, anything.
 enum class Ending { rest, open };
 
 struct Marks {
@@ -21,9 +20,6 @@ struct Marks {
 };
 
 inline constexpr double kMergeGap_s = 0.010;  // paper section 4: contacts closer than this are one event
-
-// "mark 3 (0.52 s)", as every message names a mark: counted from 1, times to the microsecond.
-std::string mark_name(std::size_t index, double time_s);
 
 // Throws ArgumentError naming the mark unless there is at least one mark; times are finite, not negative and
 // at least `merge_gap_s` apart from start to start; no mark starts inside the span of the one before;
