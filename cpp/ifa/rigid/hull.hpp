@@ -13,10 +13,11 @@ using Triangle = std::array<int, 3>;
 struct Hull {
   std::vector<Vec3> vertices;       // extreme points only, in the order of the input
   std::vector<Triangle> triangles;  // outward orientation (counter-clockwise seen from outside); empty if flat
-  bool flat = false;                // the points span no volume: `vertices` are then all distinct points
+  bool flat = false;                // the points span no volume: a point, a line or a plane
 };
 
 // Throws ArgumentError on no points or a coordinate that is not finite. Never aborts.
+// Points closer to each other than 1e-9 of the extent are merged, and a set thinner than that is flat.
 Hull convex_hull(const std::vector<Vec3>& points);
 
 struct MassProperties {
@@ -31,8 +32,8 @@ struct MassProperties {
 MassProperties mass_properties(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
                                double density_kg_m3);
 
-// Of the hull of `vertices` rounded by `radius_m`: exact for a ball (one vertex), a capsule (two) and a
-// sharp hull; otherwise of the hull inflated by the directions of a fine sphere.
+// Of the hull of `vertices` rounded by `radius_m`, in closed form for every shape: a ball (one vertex), a
+// capsule (two), a flat set, a solid. No volume (flat and radius 0) gives zeros.
 MassProperties rounded_hull_mass_properties(const std::vector<Vec3>& vertices, double radius_m,
                                             double density_kg_m3);
 
