@@ -85,7 +85,7 @@ Span span_of(const std::vector<Vec3>& points) {
   const Vec3 origin = points[span.line_start];
   const auto [end, length] = farthest([&](const Vec3& p) { return (p - origin).norm(); });
   span.line_end = end;
-  if (length <= kMergeTolerance) return span;
+  if (length == 0.0) return span;
   const Vec3 axis = (points[end] - origin) / length;
   const auto [side, width] = farthest([&](const Vec3& p) { return axis.cross(p - origin).norm(); });
   span.dimension = 1;

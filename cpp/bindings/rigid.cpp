@@ -1,0 +1,111 @@
+// Bodies, convex hulls and mass properties.
+#include "bindings.hpp"
+
+#include "ifa/rigid/body.hpp"
+#include "ifa/rigid/hull.hpp"
+
+namespace ifa::bindings {
+namespace {
+
+std::vector<Triangle> to_triangles(const py::array_t<int, py::array::c_style | py::array::forcecast>& array) {
+  if (array.ndim() != 2 || array.shape(1) != 3) throw ArgumentError("triangles: needs shape (n, 3)");
+  std::vector<Triangle> triangles(array.shape(0));
+  for (std::size_t i = 0; i < triangles.size(); ++i) std::copy_n(array.data(i, 0), 3, triangles[i].begin());
+  return triangles;
+}
+
+py::array_t<int> from_triangles(const std::vector<Triangle>& triangles) {
+  py::array_t<int> array({static_cast<py::ssize_t>(triangles.size()), py::ssize_t{3}});
+  int* out = array.mutable_data();
+  for (const Triangle& t : triangles) out = std::copy(t.begin(), t.end(), out);
+  return array;
+}
+
+py::tuple from_mass_properties(const MassProperties& m) {
+  return py::make_tuple(m.volume_m3, from_vec3(m.centre_of_mass_m), from_mat3(m.inertia_kg_m2));
+}
+
+Body make_body(const std::string& name, const Array& vertices_m, double radius_m, double mass_kg,
+               const Array& centre_of_mass_m, const Array& inertia_kg_m2, double restitution, double friction,
+               double rolling_friction_m, double spin_friction_m) {
+  Body::Definition definition;
+  definition.name = name;
+  definition.vertices_m = to_points(vertices_m, "vertices_m");
+  definition.radius_m = radius_m;
+  definition.mass_kg = mass_kg;
+  definition.centre_of_mass_m = to_vec3(centre_of_mass_m, "centre_of_mass_m");
+  definition.inertia_kg_m2 = to_mat3(inertia_kg_m2, "inertia_kg_m2");
+  definition.material = {restitution, friction, rolling_friction_m, spin_friction_m};
+  py::gil_scoped_release release;
+  return Body::make(std::move(definition));
+}
+
+void bind_body(py::module_& m) {
+  py::class_<Body, std::shared_ptr<Body>>(m, "Body", "A rigid body of the core; ifa.Body wraps it.")
+      .def(py::init(&make_body), py::kw_only(), py::arg("name"), py::arg("vertices_m"), py::arg("radius_m"),
+           py::arg("mass_kg"), py::arg("centre_of_mass_m"), py::arg("inertia_kg_m2"), py::arg("restitution"),
+           py::arg("friction"), py::arg("rolling_friction_m"), py::arg("spin_friction_m"))
+      .def_property_readonly("name", &Body::name)
+      .def_property_readonly("vertices_m", [](const Body& b) { return from_points(b.vertices()); },
+                             "(n, 3) extreme points of the hull about the centre of mass, body axes.")
+      .def_property_readonly("radius_m", &Body::radius_m)
+      .def_property_readonly("mass_kg", &Body::mass_kg)
+      .def_property_readonly("centre_of_mass_m",
+                             [](const Body& b) { return from_vec3(b.definition().centre_of_mass_m); })
+      .def_property_readonly("inertia_kg_m2", [](const Body& b) { return from_mat3(b.inertia_kg_m2()); })
+      .def_property_readonly("principal_inertia_kg_m2",
+                             [](const Body& b) { return from_vec3(b.principal_inertia()); })
+      .def_property_readonly("bounding_radius_m", &Body::bounding_radius_m)
+      .def_property_readonly("restitution", [](const Body& b) { return b.material().restitution; })
+      .def_property_readonly("friction", [](const Body& b) { return b.material().friction; })
+      .def_property_readonly("rolling_friction_m", [](const Body& b) { return b.material().rolling_friction_m; })
+      .def_property_readonly("spin_friction_m", [](const Body& b) { return b.material().spin_friction_m; });
+
+  m.def(
+      "convex_hull",
+      [](const Array& points) {
+        const std::vector<Vec3> in = to_points(points, "vertices_m");
+        Hull hull;
+        {
+          py::gil_scoped_release release;
+          hull = convex_hull(in);
+        }
+        return py::make_tuple(from_points(hull.vertices), from_triangles(hull.triangles), hull.flat);
+      },
+      py::arg("points"),
+      "Points (n, 3) to (vertices (m, 3), outward triangles (k, 3), flat). No triangles where flat.");
+  m.def(
+      "mass_properties",
+      [](const Array& vertices_m, const py::array_t<int, py::array::c_style | py::array::forcecast>& triangles,
+         double density_kg_m3) {
+        const std::vector<Vec3> vertices = to_points(vertices_m, "vertices_m");
+        const std::vector<Triangle> faces = to_triangles(triangles);
+        MassProperties properties;
+        {
+          py::gil_scoped_release release;
+          properties = mass_properties(vertices, faces, density_kg_m3);
+        }
+        return from_mass_properties(properties);
+      },
+      py::arg("vertices_m"), py::arg("triangles"), py::arg("density_kg_m3"),
+      "Of the solid inside a closed mesh: (volume_m3, centre_of_mass_m (3,), inertia_kg_m2 (3, 3)).");
+  m.def(
+      "rounded_hull_mass_properties",
+      [](const Array& vertices_m, double radius_m, double density_kg_m3) {
+        const std::vector<Vec3> vertices = to_points(vertices_m, "vertices_m");
+        MassProperties properties;
+        {
+          py::gil_scoped_release release;
+          properties = rounded_hull_mass_properties(vertices, radius_m, density_kg_m3);
+        }
+        return from_mass_properties(properties);
+      },
+      py::arg("vertices_m"), py::arg("radius_m"), py::arg("density_kg_m3"),
+      "Of the hull of the vertices rounded by radius_m: (volume_m3, centre_of_mass_m (3,), inertia_kg_m2 (3, 3)).");
+}
+
+}  // namespace
+
+void bind_rigid(py::module_& m) { bind_body(m); }
+
+}  // namespace ifa::bindings
