@@ -45,15 +45,13 @@ void bind_signature(py::module_& m) {
            py::arg("ending") = "rest", py::arg("merge_gap_s") = kMergeGap_s)
       .def("__len__", &Marks::size)
       .def_property_readonly("times_s", [](const Marks& marks) { return from_vector(marks.times_s); })
-      .def_property_readonly("durations_s",
-                             [](const Marks& marks) { return from_vector(marks.durations_s); })
+      .def_property_readonly("durations_s", [](const Marks& marks) { return from_vector(marks.durations_s); })
       .def_property_readonly("amplitudes",
                              [](const Marks& marks) -> std::optional<Array> {
                                if (marks.amplitudes.empty()) return std::nullopt;
                                return from_vector(marks.amplitudes);
                              })
-      .def_property_readonly("centroids_s",
-                             [](const Marks& marks) { return from_vector(marks.centroids_s); })
+      .def_property_readonly("centroids_s", [](const Marks& marks) { return from_vector(marks.centroids_s); })
       .def_property_readonly(
           "ending", [](const Marks& marks) { return marks.ending == Ending::rest ? "rest" : "open"; });
 }

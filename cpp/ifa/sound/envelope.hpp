@@ -12,7 +12,7 @@ struct MarkAmplitudes {
   std::vector<double> centroids_s;  // from the mark's start; NaN for discrete marks and silent spans
 };
 
-inline constexpr double kPeakWindow_s = 0.020;   // paper section 3
+inline constexpr double kPeakWindow_s = 0.020;  // paper section 3
 inline constexpr double kEnvelopeBin_s = 0.001;
 
 // `times_s` and `durations_s` as in Marks, of the same length.

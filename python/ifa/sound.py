@@ -1,0 +1,63 @@
+"""Sound files: any format that libsndfile reads, and PCM WAV to write."""
+
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ifa import _core
+
+FilePath = str | os.PathLike[str]
+
+
+def file_name(path: FilePath) -> str:
+    """The path as a string; IfaFileError for one that no file can have."""
+    name = os.fspath(path)
+    if not isinstance(name, str) or not name or "\0" in name:
+        raise _core.IfaFileError(f"{name!r} is no file name")
+    return name
+
+
+def read_sound(path: FilePath) -> tuple[NDArray[np.float64], int]:
+    """Read a sound file as one channel.
+
+    Args:
+        path: WAV, AIFF, FLAC, Ogg and whatever else libsndfile reads.
+
+    Returns:
+        The samples, shape (n,), channels averaged, full scale -1 to 1, and the sample rate in Hz.
+
+    Raises:
+        IfaFileError: The file is missing, a folder, no sound, damaged or empty, has a sample that
+            is not finite, or is longer than 2^28 samples.
+    """
+    samples, sample_rate_hz = _core.read_sound(file_name(path))
+    return samples, sample_rate_hz
+
+
+def write_wav(path: FilePath, samples: ArrayLike, sample_rate_hz: int, bits: int = 16) -> None:
+    """Write one channel as a PCM WAV file, which appears whole or not at all.
+
+    Args:
+        path: The file, replaced if it exists.
+        samples: Shape (n,), from -1 to 1; nothing is clipped silently.
+        sample_rate_hz: From 1 kHz to 1 MHz.
+        bits: 16 or 24 for each sample.
+
+    Raises:
+        IfaValueError: A sample is out of range or not a number, or another argument is bad.
+        IfaFileError: The file cannot be written.
+    """
+    _core.write_wav(file_name(path), numbers(samples, "samples"), sample_rate_hz, bits)
+
+
+def numbers(values: ArrayLike, field: str) -> NDArray[np.float64]:
+    """The values as float64; IfaValueError naming the field if they are not real numbers."""
+    try:
+        array: NDArray[Any] = np.asarray(values)
+        if array.dtype.kind not in "iufO":  # "1.5", True and 1j convert too, but nobody means them
+            raise TypeError(f"got {array.dtype}")
+        return np.array(array, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise _core.IfaValueError(f"{field}: needs real numbers ({error})") from error
