@@ -25,7 +25,7 @@ def test_entry_point_loads():
 
 
 def test_import_loads_nothing_slow():
-    """Reading a mesh or drawing a picture may import a lot; `import ifa` and `ifa --help` may not."""
+    """Reading a mesh or drawing a picture may import a lot; `import ifa` may not."""
     code = """
 import sys, ifa
 print([name for name in ("matplotlib", "scipy", "trimesh") if name in sys.modules])
