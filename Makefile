@@ -23,8 +23,8 @@ build: deps  ## build .venv/bin/ifa, the Python package and the C++ tests
 	    [ .venv/installed -nt $(CMAKE_DIR)/configured ]; then \
 	  cmake -S . -B $(CMAKE_DIR) -G Ninja -DCMAKE_BUILD_TYPE=Release \
 	    -DIFA_BUILD_TESTS=ON -DIFA_BUILD_PYTHON=ON -DIFA_WARNINGS_AS_ERRORS=ON \
-	    -DCMAKE_LIBRARY_OUTPUT_DIRECTORY=$(CURDIR)/python/ifa \
-	    -DPython_EXECUTABLE=$(CURDIR)/$(PY) -Dpybind11_DIR="$$($(PY) -m pybind11 --cmakedir)" && \
+	    -DCMAKE_LIBRARY_OUTPUT_DIRECTORY="$(CURDIR)/python/ifa" \
+	    -DPython_EXECUTABLE="$(CURDIR)/$(PY)" -Dpybind11_DIR="$$($(PY) -m pybind11 --cmakedir)" && \
 	  touch $(CMAKE_DIR)/configured; \
 	fi
 	@cmake --build $(CMAKE_DIR)

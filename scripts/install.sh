@@ -70,7 +70,7 @@ for part in "$@"; do
       packages+=("${build_packages[@]}")
       # Debian splits what usable_python asks for into packages of their own
       if [ ! -x "$venv/bin/python" ] && [ -z "${PYTHON:-}" ] && ! find_python >/dev/null; then
-        packages+=(python3.11 python3.11-venv python3.11-dev)
+        packages+=(python3 python3-venv python3-dev)
       fi ;;
     blender) packages+=("${blender_packages[@]}") ;;
     *) say "unknown part '$part': build or blender"; exit 2 ;;
