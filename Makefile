@@ -42,10 +42,12 @@ test:  ## run all tests, the fast ones first
 	if [ -n "$$failed" ]; then echo "make test: failed:$$failed" >&2; exit 1; fi
 
 lint: deps  ## check style and types
-	@.venv/bin/ruff check --quiet $(PY_SOURCES)
-	@.venv/bin/ruff format --quiet --check $(PY_SOURCES)
-	@.venv/bin/clang-format --dry-run -Werror $(CXX_SOURCES)
-	@.venv/bin/mypy
+	@failed=0; \
+	.venv/bin/ruff check --quiet $(PY_SOURCES) || failed=1; \
+	.venv/bin/ruff format --quiet --check $(PY_SOURCES) || failed=1; \
+	.venv/bin/clang-format --dry-run -Werror $(CXX_SOURCES) || failed=1; \
+	.venv/bin/mypy || failed=1; \
+	exit $$failed
 
 test-cpp: build  ## run the C++ tests
 	@ctest --test-dir $(CMAKE_DIR) --output-on-failure --no-tests=error -j $$(nproc) --progress
