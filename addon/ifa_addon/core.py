@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finds the core package `ifa` and hands one solve to it. No bpy: it runs in a worker thread."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import os
+import sys
+import tempfile
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+MET_WITHIN_S = 1e-3  # a mark counts as met when it is hit this closely after retiming
+
+_added_paths: list[str] = []
+
+
+class CoreMissing(Exception):
+    """The package `ifa` cannot be imported; the message says why and what to do."""
+
+
+def add_path(path: str) -> None:
+    """Let Python look for `ifa` in `path` last of all: Blender's own numpy must win."""
+    if path and path not in sys.path:
+        sys.path.append(path)
+        _added_paths.append(path)
+        importlib.invalidate_caches()
+
+
+def remove_paths() -> None:
+    while _added_paths:
+        path = _added_paths.pop()
+        if path in sys.path:
+            sys.path.remove(path)
+
+
+def load(extra_path: str = "") -> ModuleType:
+    """The package `ifa`, looked for in IFA_PYTHONPATH and `extra_path` too. Raises CoreMissing."""
+    for entry in [*os.environ.get("IFA_PYTHONPATH", "").split(os.pathsep), extra_path]:
+        add_path(entry)
+    try:
+        module = importlib.import_module("ifa")
+        # A folder of that name on the path would import as an empty namespace package.
+        for name in ("solve", "Body", "Signature", "Progress"):
+            getattr(module, name)
+    except (ImportError, AttributeError) as error:
+        raise CoreMissing(
+            "The package ifa is not installed for Blender's Python "
+            f"{sys.version_info.major}.{sys.version_info.minor}: set its folder in the add-on's "
+            f"preferences or in IFA_PYTHONPATH ({error})"
+        ) from error
+    return module
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Everything one solve depends on, as plain data read from the scene on the main thread."""
+
+    name: str
+    vertices_m: np.ndarray  # (n, 3), in the object's axes with its world scale applied
+    triangles: np.ndarray  # (m, 3) int
+    material_keywords: dict[str, float]  # density or mass_kg, restitution, friction
+    mark_names: tuple[str, ...]
+    mark_times_s: tuple[float, ...]  # from the time origin (the sound's start where there is one)
+    ending: str
+    material: str
+    seed: int
+    time_budget_s: float
+    sound_path: str = ""
+    sound_bytes: bytes = field(default=b"", repr=False)  # of a sound packed into the .blend
+
+    def digest(self) -> str:
+        """Changes with anything that would change the motion: no stale one is written."""
+        state = hashlib.sha256()
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            state.update(entry.name.encode())
+            if isinstance(value, np.ndarray):
+                state.update(np.ascontiguousarray(value).tobytes())
+            else:
+                state.update(value if isinstance(value, bytes) else repr(value).encode())
+        return state.hexdigest()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A solved motion with what is needed to write and report it."""
+
+    solution: object
+    centre_of_mass_m: np.ndarray  # in the object's scaled axes
+    mark_names: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+
+def solve(ifa: ModuleType, inputs: Inputs, progress: object) -> Outcome:
+    """Blocks until solved; raises ifa.IfaError (ifa.Cancelled after progress.cancel())."""
+    body = ifa.Body.from_triangles(
+        inputs.vertices_m, inputs.triangles, name=inputs.name, **inputs.material_keywords
+    )
+    marks = ifa.Signature(np.array(inputs.mark_times_s, dtype=np.float64), ending=inputs.ending)
+    if inputs.sound_bytes:
+        with tempfile.TemporaryDirectory(prefix="ifa-") as folder:
+            path = Path(folder) / Path(inputs.sound_path).name
+            path.write_bytes(inputs.sound_bytes)
+            marks = marks.with_sound(str(path))
+    elif inputs.sound_path:
+        marks = marks.with_sound(inputs.sound_path)
+    solution = ifa.solve(
+        body,
+        marks,
+        seed=inputs.seed,
+        time_budget_s=inputs.time_budget_s,
+        material=inputs.material,
+        progress=progress,
+    )
+    return Outcome(
+        solution,
+        np.asarray(body.centre_of_mass_m, dtype=np.float64),
+        inputs.mark_names,
+        tuple(str(note) for note in body.notes),
+    )
+
+
+def worst_error_ms(outcome: Outcome) -> float:
+    return 1e3 * float(outcome.solution.max_abs_error_s)
+
+
+def describe(outcome: Outcome) -> str:
+    """One sentence for the panel and the report; a failure names its marks."""
+    solution = outcome.solution
+    figures = f"score {solution.score:.2f}, worst error {worst_error_ms(outcome):.2f} ms"
+    if solution.succeeded:
+        return f"Solved: {figures}, {'plausible' if solution.plausible else 'not plausible'}"
+    # Not (error <= limit) also catches the NaN of a mark that no hit was found for.
+    off = [
+        f"'{name}' ({1e3 * event.error_retimed_s:+.1f} ms)"
+        for name, event in zip(outcome.mark_names, solution.events, strict=False)
+        if not abs(event.error_retimed_s) <= MET_WITHIN_S
+    ]
+    missing = [f"'{name}'" for name in outcome.mark_names[len(solution.events) :]]
+    reasons = []
+    if off:
+        reasons.append("off at " + ", ".join(off))
+    if missing:
+        reasons.append("no hit for " + ", ".join(missing))
+    extra = getattr(solution, "extra_hits", ())
+    extra = extra if isinstance(extra, int) else len(extra)
+    if extra:
+        reasons.append(f"{extra} hit{'s' if extra > 1 else ''} without a mark")
+    if not reasons:
+        stretched = [
+            f"'{name}' ({100 * (event.retime - 1):+.0f} %)"
+            for name, event in zip(outcome.mark_names, solution.events, strict=False)
+            if not abs(event.retime - 1) <= 0.3
+        ]
+        reasons.append(
+            "too much retiming before " + ", ".join(stretched) if stretched else "score too low"
+        )
+    return f"No acceptable motion: {'; '.join(reasons)} ({figures}); the best one found is keyed"

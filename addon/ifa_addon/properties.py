@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings and results kept in the .blend. What is running is never among them (see job.py)."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from . import job
+
+# What the object lands on: restitution and friction to start from; `material = Fit` refines them.
+SURFACES = {
+    "WOOD": ("Wooden table", 0.45, 0.35),
+    "STONE": ("Stone or tile", 0.60, 0.30),
+    "METAL": ("Metal plate", 0.55, 0.25),
+    "FELT": ("Felt or cloth", 0.25, 0.55),
+    "RUBBER": ("Rubber mat", 0.50, 0.80),
+}
+
+
+def _apply_surface(self, context) -> None:
+    key = self.surface
+    if key in SURFACES:
+        _, self.restitution, self.friction = SURFACES[key]
+        # Setting the first of the two has made it "Custom" for a moment.
+        if self.surface != key:
+            self.surface = key
+
+
+def _leave_preset(self, context) -> None:
+    if self.surface in SURFACES:
+        _, restitution, friction = SURFACES[self.surface]
+        if abs(self.restitution - restitution) > 1e-6 or abs(self.friction - friction) > 1e-6:
+            self.surface = "CUSTOM"
+
+
+class IFA_PG_object(bpy.types.PropertyGroup):
+    """Per object, so that every body can have its own marks and seed."""
+
+    mass_from: EnumProperty(
+        name="Mass From",
+        items=[
+            ("DENSITY", "Density", "The mass is the mesh's volume times the density"),
+            ("MASS", "Mass", "The mass is given; the mesh gives its distribution"),
+        ],
+    )
+    density_kg_m3: FloatProperty(
+        name="Density",
+        description="Density of the solid in kg per cubic metre",
+        default=1200.0,
+        min=1.0,
+        soft_max=20000.0,
+    )
+    mass_kg: FloatProperty(
+        name="Mass (kg)",
+        description="Mass in kg",
+        default=0.005,
+        min=1e-6,
+        soft_max=100.0,
+        precision=4,
+    )
+    surface: EnumProperty(
+        name="Surface",
+        description="Sets restitution and friction to typical values",
+        items=[("CUSTOM", "Custom", "Restitution and friction as set below")]
+        + [(k, label, f"Restitution {e}, friction {mu}") for k, (label, e, mu) in SURFACES.items()],
+        update=_apply_surface,
+    )
+    restitution: FloatProperty(
+        name="Restitution",
+        description="Rebound speed over approach speed: 0 is clay, 1 is a perfect bounce",
+        default=0.5,
+        min=0.0,
+        max=1.0,
+        update=_leave_preset,
+    )
+    friction: FloatProperty(
+        name="Friction",
+        description="Coulomb friction between body and ground",
+        default=0.3,
+        min=0.0,
+        soft_max=1.5,
+        update=_leave_preset,
+    )
+    material: EnumProperty(
+        name="Material",
+        items=[
+            ("GIVEN", "Given", "Use restitution and friction as set"),
+            ("FIT", "Fit", "Fit restitution and friction to the marks"),
+        ],
+    )
+    marker_filter: StringProperty(
+        name="Marker Filter",
+        description="Use the timeline markers whose names begin with this text (or match it, with "
+        "* and ?). Empty: all. Markers that switch cameras never count",
+    )
+    ending: EnumProperty(
+        name="Ending",
+        items=[
+            ("REST", "Rest", "The body comes to rest after the last mark without a further hit"),
+            ("OPEN", "Open", "Nothing is asked after the last mark"),
+        ],
+    )
+    seed: IntProperty(name="Seed", description="Another seed gives another take", min=0)
+    time_budget_s: FloatProperty(
+        name="Time Budget (s)",
+        description="No larger search is begun once this many seconds are spent",
+        default=10.0,
+        min=0.1,
+        soft_max=120.0,
+    )
+    place: EnumProperty(
+        name="Place",
+        description="Where on the ground (z = 0) the motion takes place",
+        items=[
+            ("OBJECT", "At the Object", "The first contact is below where the object stood"),
+            ("WORLD", "At the World Origin", "As solved, around the world's origin"),
+        ],
+    )
+
+    # Of the last bake. Kept in the file, so that Clear works after loading it again.
+    keyed: BoolProperty(options={"HIDDEN"})
+    action: PointerProperty(type=bpy.types.Action, options={"HIDDEN"})
+    baked_digest: StringProperty(options={"HIDDEN"})
+    result: StringProperty(options={"HIDDEN"})
+    succeeded: BoolProperty(options={"HIDDEN"})
+    plausible: BoolProperty(options={"HIDDEN"})
+    score: FloatProperty(options={"HIDDEN"})
+    worst_error_ms: FloatProperty(options={"HIDDEN"})
+    before_action: PointerProperty(type=bpy.types.Action, options={"HIDDEN"})
+    before_had_animation_data: BoolProperty(options={"HIDDEN"})
+    before_rotation_mode: StringProperty(options={"HIDDEN"})
+    before_location: FloatVectorProperty(options={"HIDDEN"})
+    before_quaternion: FloatVectorProperty(size=4, options={"HIDDEN"})
+    before_euler: FloatVectorProperty(options={"HIDDEN"})
+    before_axis_angle: FloatVectorProperty(size=4, options={"HIDDEN"})
+
+
+class IFA_PG_scene(bpy.types.PropertyGroup):
+    """One recording for the scene."""
+
+    sound_source: EnumProperty(
+        name="Sound",
+        description="Gives the marks their loudness; a strip also gives their time origin",
+        items=[
+            ("NONE", "None", "Times alone, from the scene's start frame"),
+            ("STRIP", "Strip", "A sound strip in the sequencer; times run from its beginning"),
+            ("FILE", "File", "A sound file that begins at the scene's start frame"),
+        ],
+    )
+    sound_strip: StringProperty(
+        name="Strip", description="Name of the sound strip; empty for the first one"
+    )
+    sound_file: StringProperty(name="File", description="Sound file", subtype="FILE_PATH")
+
+
+class IFA_preferences(bpy.types.AddonPreferences):
+    bl_idname = __package__
+
+    core_path: StringProperty(
+        name="Folder of the Package ifa",
+        description="A folder that holds the Python package ifa, built for Blender's Python. "
+        "Empty where Blender's Python finds it by itself",
+        subtype="DIR_PATH",
+    )
+
+    def draw(self, context) -> None:
+        self.layout.prop(self, "core_path")
+
+
+CLASSES = (IFA_PG_object, IFA_PG_scene, IFA_preferences)
+
+
+def core_path() -> str:
+    """The preference, or nothing where the add-on runs without being enabled in the preferences."""
+    entry = bpy.context.preferences.addons.get(__package__)
+    path = entry.preferences.core_path if entry and entry.preferences else ""
+    return bpy.path.abspath(path) if path else ""
+
+
+def _progress_percent(self) -> float:
+    running = job.running()
+    return 100.0 * running.fraction if running else 0.0
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Object.ifa = PointerProperty(type=IFA_PG_object)
+    bpy.types.Scene.ifa = PointerProperty(type=IFA_PG_scene)
+    bpy.types.WindowManager.ifa_progress = FloatProperty(
+        name="Progress",
+        description="Share of the solve that is done; Esc cancels",
+        subtype="PERCENTAGE",
+        min=0.0,
+        max=100.0,
+        precision=0,
+        get=_progress_percent,
+    )
+
+
+def unregister() -> None:
+    del bpy.types.WindowManager.ifa_progress
+    del bpy.types.Scene.ifa
+    del bpy.types.Object.ifa
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

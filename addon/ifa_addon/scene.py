@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads the scene on the main thread: timing, sound, marks, body, parent space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from itertools import pairwise
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from . import compat, core, keys
+
+EXACT_TIME = "ifa_time"  # on a marker: seconds from the time origin, never rounded to a frame
+EXACT_FRAME = "ifa_frame"  # the marker's frame when that time was stored; another means dragged
+MERGE_GAP_S = 0.010  # closer marks are one event to the solver
+SHEAR_TOLERANCE = 1e-4  # relative; float32 matrices of nested parents reach a few 1e-6
+
+
+class SceneError(Exception):
+    """The scene cannot be solved or keyed; one sentence that names what is wrong."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    name: str
+    frame: int
+    time_s: float
+    exact: bool  # the time comes from the marker's stored exact time
+    dragged: bool  # a stored time was set aside because the marker has moved since
+
+
+def metres_per_unit(scene) -> float:
+    """Blender units are metres times scale_length, unless the scene has no units."""
+    units = scene.unit_settings
+    return 1.0 if units.system == "NONE" else float(units.scale_length)
+
+
+def sound_strip(scene):
+    """The chosen sound strip, or the first one where none is named; None without any."""
+    strips = compat.sound_strips(scene)
+    wanted = scene.ifa.sound_strip
+    if not wanted:
+        return strips[0] if strips else None
+    for strip in strips:
+        if strip.name == wanted:
+            return strip
+    raise SceneError(f"Sound strip '{wanted}' is not in the sequencer.")
+
+
+def timing(scene) -> keys.Timing:
+    """Frames to seconds from the sound's start, or from the scene's start frame without a strip."""
+    render = scene.render
+    if render.frame_map_old != render.frame_map_new:
+        raise SceneError(
+            f"Time remapping {render.frame_map_old} to {render.frame_map_new} is on: "
+            "set both to 100 in the scene's output properties."
+        )
+    origin = float(scene.frame_start)
+    if scene.ifa.sound_source == "STRIP":
+        strip = sound_strip(scene)
+        if strip is None:
+            raise SceneError("There is no sound strip in the sequencer: add one or turn sound off.")
+        if abs(compat.strip_speed(strip) - 1.0) > 1e-6:
+            raise SceneError(f"Sound strip '{strip.name}' plays at another speed: set it to 1.")
+        # Trimming moves frame_final_start only: this stays where the recording begins.
+        origin = float(strip.frame_start)
+    return keys.Timing(render.fps / render.fps_base, origin)
+
+
+def sound(scene) -> tuple[str, bytes]:
+    """Path of the sound and, for one packed into the .blend, its bytes; empty for no sound."""
+    source = scene.ifa.sound_source
+    if source == "NONE":
+        return "", b""
+    library = None
+    if source == "STRIP":
+        strip = sound_strip(scene)
+        if strip is None:
+            raise SceneError("There is no sound strip in the sequencer: add one or turn sound off.")
+        data = strip.sound
+        if data is None:
+            raise SceneError(f"Sound strip '{strip.name}' has no sound.")
+        raw, library = data.filepath, data.library
+        if data.packed_file is not None:
+            return raw.replace("\\", "/").removeprefix("//") or "packed.wav", data.packed_file.data
+    else:
+        raw = scene.ifa.sound_file
+        if not raw:
+            raise SceneError("No sound file is chosen: choose one or turn sound off.")
+    if raw.startswith("//") and not bpy.data.filepath:
+        raise SceneError(f"Sound '{raw}' is relative to a .blend that is not saved: save it first.")
+    path = bpy.path.abspath(raw, library=library)
+    if not Path(path).is_file():
+        raise SceneError(f"Sound '{path}' does not exist.")
+    return path, b""
+
+
+def name_matches(name: str, pattern: str) -> bool:
+    """A pattern with * or ? matches the whole name, any other matches its beginning."""
+    wild = any(c in pattern for c in "*?[")
+    return fnmatchcase(name, pattern if wild else pattern + "*")
+
+
+def matching_markers(scene, pattern: str) -> list:
+    """Markers by name, in order of time; those that switch cameras are not contact marks."""
+    found = [m for m in scene.timeline_markers if not m.camera and name_matches(m.name, pattern)]
+    return sorted(found, key=lambda m: (m.frame, m.get(EXACT_TIME, 0.0), m.name))
+
+
+def read_mark(marker, time: keys.Timing) -> Mark:
+    """A stored exact time holds while the marker stays where it was put, or where that time is."""
+    stored = marker.get(EXACT_TIME)
+    if isinstance(stored, (int, float)):
+        still = marker.frame == marker.get(EXACT_FRAME)
+        if still or marker.frame == round(float(time.frame(stored))):
+            return Mark(marker.name, marker.frame, float(stored), True, False)
+    in_time = float(time.time_s(marker.frame))
+    return Mark(marker.name, marker.frame, in_time, False, stored is not None)
+
+
+def marks(scene, pattern: str, time: keys.Timing) -> list[Mark]:
+    found = [read_mark(marker, time) for marker in matching_markers(scene, pattern)]
+    return sorted(found, key=lambda mark: mark.time_s)
+
+
+def checked_marks(scene, pattern: str, time: keys.Timing) -> list[Mark]:
+    found = marks(scene, pattern, time)
+    if not found:
+        filtered = f" whose name begins with or matches '{pattern}'" if pattern else ""
+        raise SceneError(f"No timeline markers{filtered}: put one on each contact (key M).")
+    first = found[0]
+    if first.time_s < 0:
+        start = "the sound's start" if scene.ifa.sound_source == "STRIP" else "the scene's start"
+        raise SceneError(f"Marker '{first.name}' (frame {first.frame}) lies before {start}.")
+    for a, b in pairwise(found):
+        gap = b.time_s - a.time_s
+        if gap < MERGE_GAP_S:
+            apart = "at the same time" if gap < 1e-9 else f"only {1e3 * gap:.1f} ms apart"
+            raise SceneError(
+                f"Markers '{a.name}' (frame {a.frame}) and '{b.name}' (frame {b.frame}) are "
+                f"{apart}: contacts need {1e3 * MERGE_GAP_S:.0f} ms between them."
+            )
+    return found
+
+
+def store_exact_times(scene, pattern: str, time: keys.Timing) -> None:
+    """Keep each mark's time on its marker, so that a later drag can be told."""
+    for marker in matching_markers(scene, pattern):
+        mark = read_mark(marker, time)
+        marker[EXACT_TIME] = mark.time_s
+        marker[EXACT_FRAME] = marker.frame
+
+
+def add_marks(scene, times_s, prefix: str = "hit") -> None:
+    """New timeline markers at exact times (seconds from the time origin)."""
+    time = timing(scene)
+    width = len(str(len(times_s)))
+    for i, time_s in enumerate(times_s, 1):
+        frame = round(float(time.frame(time_s)))
+        marker = scene.timeline_markers.new(f"{prefix} {i:0{width}}", frame=frame)
+        marker[EXACT_TIME] = float(time_s)
+        marker[EXACT_FRAME] = frame
+
+
+def parent_space(obj) -> np.ndarray:
+    """(4, 4) from the object's own channels to the world, in Blender units."""
+    if obj.parent is None:
+        return np.eye(4)
+    name = obj.parent.name
+    if obj.parent_type != "OBJECT":
+        raise SceneError(
+            f"'{obj.name}' is parented to a part of '{name}': parent it to an object, or to none."
+        )
+    ancestor = obj.parent
+    while ancestor is not None:
+        data = ancestor.animation_data
+        animated = data and (data.action or data.drivers or data.nla_tracks)
+        if animated or any(not c.mute for c in ancestor.constraints):
+            raise SceneError(
+                f"Parent '{ancestor.name}' of '{obj.name}' is animated: keys are made for one that "
+                "stands still."
+            )
+        ancestor = ancestor.parent
+    space = np.array(obj.parent.matrix_world @ obj.matrix_parent_inverse, dtype=np.float64)
+    lengths = np.linalg.svd(space[:3, :3], compute_uv=False)
+    if lengths.min() <= 0 or lengths.max() > lengths.min() * (1 + SHEAR_TOLERANCE):
+        raise SceneError(
+            f"Parent '{name}' of '{obj.name}' has a non-uniform scale, which shears what turns "
+            "inside it: apply the parent's scale."
+        )
+    if np.linalg.det(space[:3, :3]) < 0:
+        raise SceneError(f"Parent '{name}' of '{obj.name}' is mirrored: apply the parent's scale.")
+    return space
+
+
+def world_scale(obj) -> np.ndarray:
+    """(3,) along the object's own axes, signed."""
+    own = np.array(obj.scale, dtype=np.float64) * np.array(obj.delta_scale, dtype=np.float64)
+    return own * np.cbrt(np.linalg.det(parent_space(obj)[:3, :3]))
+
+
+def mesh(obj, depsgraph, unit_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (n, 3) in m and triangles (m, 3), modifiers and world scale applied.
+
+    The axes are those of the object: what its world rotation turns.
+    """
+    evaluated = obj.evaluated_get(depsgraph)
+    data = evaluated.to_mesh()
+    try:
+        data.calc_loop_triangles()
+        if not len(data.vertices) or not len(data.loop_triangles):
+            raise SceneError(f"'{obj.name}' has no faces: choose a mesh with a volume.")
+        vertices = np.empty(3 * len(data.vertices), dtype=np.float32)
+        data.vertices.foreach_get("co", vertices)
+        triangles = np.empty(3 * len(data.loop_triangles), dtype=np.int32)
+        data.loop_triangles.foreach_get("vertices", triangles)
+    finally:
+        evaluated.to_mesh_clear()
+    scale = world_scale(obj) * unit_m
+    points = vertices.reshape(-1, 3).astype(np.float64) * scale
+    if not np.isfinite(points).all() or not np.abs(scale).min() > 0:
+        raise SceneError(f"'{obj.name}' has a zero scale or a vertex that is not finite.")
+    triangles = triangles.reshape(-1, 3).astype(np.int64)
+    # A mirroring scale turns the faces inside out.
+    return points, triangles[:, ::-1].copy() if np.prod(scale) < 0 else triangles
+
+
+def checked_object(obj):
+    if obj is None or obj.type != "MESH":
+        raise SceneError("The active object is no mesh: select the body to animate.")
+    if obj.library is not None:
+        raise SceneError(f"'{obj.name}' is linked from another file: make it local first.")
+    for constraint in obj.constraints:
+        if not constraint.mute:
+            raise SceneError(
+                f"Constraint '{constraint.name}' of '{obj.name}' would override the keys: mute it."
+            )
+    if obj.rigid_body is not None and obj.rigid_body.type == "ACTIVE":
+        raise SceneError(f"'{obj.name}' is an active rigid body: remove that physics first.")
+    return obj
+
+
+def read_inputs(scene, obj, depsgraph) -> core.Inputs:
+    """All that a solve needs, as plain data. Raises SceneError naming what is wrong."""
+    checked_object(obj)
+    settings = obj.ifa
+    found = checked_marks(scene, settings.marker_filter, timing(scene))
+    vertices, triangles = mesh(obj, depsgraph, metres_per_unit(scene))
+    path, packed = sound(scene)
+    material = {"restitution": settings.restitution, "friction": settings.friction}
+    if settings.mass_from == "DENSITY":
+        material["density"] = settings.density_kg_m3
+    else:
+        material["mass_kg"] = settings.mass_kg
+    return core.Inputs(
+        name=obj.name,
+        vertices_m=vertices,
+        triangles=triangles,
+        material_keywords=material,
+        mark_names=tuple(mark.name for mark in found),
+        mark_times_s=tuple(mark.time_s for mark in found),
+        ending=settings.ending.lower(),
+        material=settings.material.lower(),
+        seed=settings.seed,
+        time_budget_s=settings.time_budget_s,
+        sound_path=path,
+        sound_bytes=packed,
+    )

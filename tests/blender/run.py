@@ -1,0 +1,152 @@
+"""Runs the add-on's tests inside a headless Blender: python tests/blender/run.py [options].
+
+Options: --window also drives a real window under Xvfb; --screenshot PNG keeps its picture;
+--core DIR takes the package ifa from DIR; --blender PATH; any other word chooses tests by name.
+The last line is "N passed, N failed"; the exit code is 0 only if none failed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+REPOSITORY = HERE.parents[1]
+HEADLESS_LIMIT_S = 600
+WINDOW_LIMIT_S = 120
+
+
+def find_core() -> Path | None:
+    """The folder of the package ifa with its built module, as this Python or .venv has it."""
+    code = "import ifa, ifa._core; print(ifa.__path__[0]); print(ifa._core.__file__)"
+    for python in (sys.executable, str(REPOSITORY / ".venv" / "bin" / "python")):
+        if shutil.which(python):
+            found = subprocess.run([python, "-c", code], capture_output=True, text=True, cwd="/")
+            if found.returncode == 0:
+                package, module = found.stdout.split("\n")[:2]
+                return assemble_core(Path(package), Path(module))
+    return None
+
+
+def assemble_core(package: Path, module: Path) -> Path:
+    """A folder with nothing but ifa: Blender must go on using its own numpy."""
+    folder = Path(tempfile.mkdtemp(prefix="ifa-core-"))
+    skip = shutil.ignore_patterns("__pycache__", "*.so")
+    shutil.copytree(package, folder / "ifa", ignore=skip)
+    shutil.copy2(module, folder / "ifa" / module.name)
+    return folder
+
+
+def clean_environment(folder: Path, core: Path) -> dict[str, str]:
+    environment = dict(os.environ)
+    for name in ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV"):
+        environment.pop(name, None)
+    # A distribution's Blender takes its standard library from the first python3 on the PATH.
+    environment["PATH"] = os.pathsep.join(["/usr/bin", "/bin", environment.get("PATH", "")])
+    environment["IFA_PYTHONPATH"] = str(core)
+    environment["PYTHONDONTWRITEBYTECODE"] = "1"
+    for name in ("BLENDER_USER_CONFIG", "BLENDER_USER_SCRIPTS"):
+        environment[name] = str(folder / name.lower())
+        Path(environment[name]).mkdir()
+    return environment
+
+
+def run_blender(command: list[str], environment: dict[str, str], limit_s: int) -> tuple[int, str]:
+    try:
+        done = subprocess.run(
+            command,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=limit_s,
+        )
+    except subprocess.TimeoutExpired as expired:
+        output = expired.stdout or b""
+        text = output.decode(errors="replace") if isinstance(output, bytes) else output
+        return 124, f"{text}\nBlender ran longer than {limit_s} s."
+    return done.returncode, done.stdout
+
+
+def run_suite(name: str, command: list[str], folder: Path, core: Path, limit_s: int) -> dict:
+    """Counts of one Blender run. A crash, or a run that reports nothing, is a failure."""
+    report = folder / "report.json"
+    code, output = run_blender([*command, str(report)], clean_environment(folder, core), limit_s)
+    if report.is_file():
+        counts = json.loads(report.read_text())
+        if code and not counts["failed"]:
+            counts["failed"] = 1
+    else:
+        counts = {"passed": 0, "failed": 1, "skipped": 0}
+    print(output if counts["failed"] else "\n".join(_summary(output)))
+    print(f"{name}: exit code {code}, {counts}")
+    return counts
+
+
+def _summary(output: str) -> list[str]:
+    return [line for line in output.splitlines() if line.endswith("ok") or "skipped" in line]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*")
+    parser.add_argument("--window", action="store_true")
+    parser.add_argument("--screenshot", type=Path, default=None)
+    parser.add_argument("--core", type=Path, default=None)
+    parser.add_argument("--blender", default=os.environ.get("BLENDER", "blender"))
+    options = parser.parse_args()
+
+    blender = shutil.which(options.blender)
+    if blender is None:
+        print(f"Skipped: there is no '{options.blender}' here (apt-get install blender).")
+        print("0 passed, 0 failed")
+        return 0
+    core = options.core or find_core()
+    if core is None:
+        print("The package ifa is not built: run make build first.")
+        print("0 passed, 1 failed")
+        return 1
+
+    total = {"passed": 0, "failed": 0, "skipped": 0}
+    try:
+        with tempfile.TemporaryDirectory(prefix="ifa-blender-") as name:
+            command = [blender, "-b", "--factory-startup", "--python-exit-code", "3"]
+            command += ["--python", str(HERE / "inside.py"), "--", *options.names]
+            counts = run_suite("headless", command, Path(name), core.resolve(), HEADLESS_LIMIT_S)
+            total = {key: total[key] + counts[key] for key in total}
+        if options.window:
+            counts = run_window(blender, core.resolve(), options.screenshot)
+            total = {key: total[key] + counts[key] for key in total}
+    finally:
+        if options.core is None:
+            shutil.rmtree(core, ignore_errors=True)
+    if total["skipped"]:
+        print(f"{total['skipped']} skipped")
+    print(f"{total['passed']} passed, {total['failed']} failed")
+    return 1 if total["failed"] else 0
+
+
+def run_window(blender: str, core: Path, screenshot: Path | None) -> dict:
+    xvfb = shutil.which("xvfb-run")
+    if xvfb is None:
+        print("window: skipped, there is no xvfb-run (apt-get install xvfb)")
+        return {"passed": 0, "failed": 0, "skipped": 1}
+    with tempfile.TemporaryDirectory(prefix="ifa-window-") as name:
+        folder = Path(name)
+        os.environ["LIBGL_ALWAYS_SOFTWARE"] = "1"
+        picture = (screenshot or folder / "panel.png").resolve()
+        command = [xvfb, "-a", "-s", "-screen 0 1600x900x24 +extension GLX", blender]
+        command += ["--factory-startup", "--enable-event-simulate", "-noaudio"]
+        command += ["--window-geometry", "0", "0", "1600", "900"]
+        command += ["--python", str(HERE / "window.py"), "--", str(picture)]
+        return run_suite("window", command, folder, core, WINDOW_LIMIT_S)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
