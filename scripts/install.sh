@@ -102,5 +102,7 @@ say "installing Python packages into $venv"
 pip=("$venv/bin/python" -m pip --disable-pip-version-check install -q)
 "${pip[@]}" "scikit-build-core>=0.11" "pybind11>=2.13"
 # Only a link to python/ifa: the Makefile builds the C++ module there, once, with the C++ tests.
-"${pip[@]}" --no-build-isolation --editable '.[dev]' -C wheel.cmake=false -C editable.mode=inplace
+# (The long option: Debian 12's pip does not know -C.)
+"${pip[@]}" --no-build-isolation --editable '.[dev]' \
+  --config-settings wheel.cmake=false --config-settings editable.mode=inplace
 touch "$stamp"
