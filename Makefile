@@ -55,9 +55,9 @@ test-cpp: build  ## run the C++ tests
 test-python: build  ## run the Python tests
 	@$(PY) -m pytest
 
-test-blender: build  ## run the add-on's tests inside Blender
+test-blender: build  ## run the add-on's tests inside Blender, also in a real window
 	@scripts/install.sh blender
-	@$(PY) tests/blender/run.py
+	@$(PY) tests/blender/run.py --window --screenshot build/blender_window.png
 
 bench: build  ## solve the recordings and tosses in ../shared and print the table
 	@$(PY) benchmarks/solve.py
