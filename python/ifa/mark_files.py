@@ -62,20 +62,20 @@ def fields_of(marks: Any) -> dict[str, Any]:
         optional = {"duration_s", "amplitude", "centroid_s"}
         _check_keys(event, f"mark {k}", required={"time_s"}, optional=optional)
         for key, value in event.items():
-            unknown = value is None and key in ("amplitude", "centroid_s")
-            if not unknown and (isinstance(value, bool) or not isinstance(value, int | float)):
+            if value is None and key in ("amplitude", "centroid_s"):
+                continue
+            if isinstance(value, bool) or not isinstance(value, int | float):
                 raise IfaValueError(f"mark {k}: {key} must be a number")
     with_amplitude = [event.get("amplitude") is not None for event in events]
     if any(with_amplitude) and not all(with_amplitude):
         without = with_amplitude.index(False) + 1
         raise IfaValueError(f"mark {without}: has no amplitude; give one for all marks or for none")
-    unknown = float("nan")
     centroids_s = [event.get("centroid_s") for event in events]
     return {
         "times_s": [event["time_s"] for event in events],
         "durations_s": [event.get("duration_s", 0.0) for event in events],
         "amplitudes": [event["amplitude"] for event in events] if any(with_amplitude) else None,
-        "centroids_s": [unknown if c is None else c for c in centroids_s],
+        "centroids_s": [float("nan") if c is None else c for c in centroids_s],
         "ending": marks.get("ending", "rest"),
     }
 
