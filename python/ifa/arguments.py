@@ -1,0 +1,65 @@
+"""Arguments of the public functions, checked once: numbers and arrays, or an error that names them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ifa._core import IfaValueError
+
+
+def number(value: Any, field: str) -> float:
+    """`value` as a float, which may be infinite or NaN: the core knows each field's range."""
+    try:
+        if isinstance(value, str | bytes | bool) or value is None:
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise IfaValueError(f"{field}: must be a number, got {value!r}") from None
+
+
+def array(value: Any, field: str, shape: tuple[int | None, ...]) -> np.ndarray:
+    """A new float64 array of the shape, in which None stands for any length."""
+    try:
+        out = np.array(value)
+        if out.dtype.kind not in "iuf" and out.size:
+            raise TypeError
+        out = out.astype(np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise IfaValueError(f"{field}: must be an array of numbers") from None
+    fits = out.ndim == len(shape) and all(
+        wanted in (None, got) for wanted, got in zip(shape, out.shape, strict=True)
+    )
+    if not fits:
+        inner = ", ".join("n" if n is None else str(n) for n in shape)
+        wanted_shape = f"({inner},)" if len(shape) == 1 else f"({inner})"
+        raise IfaValueError(f"{field}: needs shape {wanted_shape}, got {out.shape}")
+    return out
+
+
+def inertia(value: ArrayLike) -> np.ndarray:
+    """An inertia matrix (3, 3) from a scalar, its diagonal (3,) or itself."""
+    field = "inertia_kg_m2"
+    try:
+        dimensions = np.ndim(value)
+    except ValueError:  # rows of unequal length
+        dimensions = 2
+    if dimensions == 0:
+        return number(value, field) * np.eye(3)
+    if dimensions == 1:
+        return np.diag(array(value, field, (3,)))
+    return array(value, field, (3, 3))
+
+
+def triangle_indices(value: ArrayLike, vertex_count: int) -> np.ndarray:
+    """Indices (m, 3) of vertices from 0, at least one row."""
+    indices = array(value, "triangles", (None, 3))
+    if not len(indices):
+        raise IfaValueError("triangles: at least one is needed")
+    if (indices != np.floor(indices)).any():
+        raise IfaValueError("triangles: must hold whole numbers")
+    if indices.min() < 0 or indices.max() >= vertex_count:
+        raise IfaValueError(f"triangles: an index lies outside the {vertex_count} vertices")
+    return indices.astype(np.int64)
