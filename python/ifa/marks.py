@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ifa import _core
 from ifa._core import IfaValueError
+from ifa.arguments import array, number
 from ifa.mark_files import fields_of, read_marks, write_text
-from ifa.sound import FilePath, file_name, numbers
+from ifa.sound import FilePath, file_name
 
 Ending = Literal["rest", "open"]
 
@@ -67,20 +68,19 @@ class Signature:
         merge_gap_s: float = MERGE_GAP_S,
     ) -> None:
         def optional(values: ArrayLike | None, field: str) -> NDArray[np.float64] | None:
-            return None if values is None else numbers(values, field)
+            return None if values is None else array(values, field, (None,))
 
-        if ending not in ("rest", "open"):
-            raise IfaValueError(f'ending: must be "rest" or "open", got {ending!r}')
+        _check_ending(ending)
+        self._merge_gap_s = number(merge_gap_s, "merge_gap_s")
         marks = _core.Marks(
-            numbers(times_s, "times_s"),
+            array(times_s, "times_s", (None,)),
             optional(durations_s, "durations_s"),
             optional(amplitudes, "amplitudes"),
             optional(centroids_s, "centroids_s"),
             ending,
-            merge_gap_s,
+            self._merge_gap_s,
         )
         self._marks = marks  # what the core's functions take
-        self._merge_gap_s = float(merge_gap_s)
         self._times_s = _read_only(marks.times_s)
         self._durations_s = _read_only(marks.durations_s)
         self._amplitudes = None if marks.amplitudes is None else _read_only(marks.amplitudes)
@@ -139,6 +139,9 @@ class Signature:
             IfaFileError: A file is missing or cannot be read; the message names the file and line.
             IfaValueError: The marks are not valid; the message names the file, line and mark.
         """
+        if ending is not None:
+            _check_ending(ending)
+        merge_gap_s = number(merge_gap_s, "merge_gap_s")
         name = file_name(path)
         file = read_marks(name, merge_gap_s)
         fields = file.fields if ending is None else file.fields | {"ending": ending}
@@ -241,6 +244,11 @@ class Signature:
     def _key(self) -> tuple[Any, ...]:
         rows = (tuple(event.values()) for event in self.to_dict()["events"])
         return (*rows, self.ending)
+
+
+def _check_ending(ending: object) -> None:
+    if ending not in ("rest", "open"):
+        raise IfaValueError(f'ending: must be "rest" or "open", got {ending!r}')
 
 
 def _rebuilt(cls: type[Signature], marks: dict[str, Any], merge_gap_s: float) -> Signature:

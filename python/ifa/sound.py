@@ -1,12 +1,12 @@
 """Sound files: any format that libsndfile reads, and PCM WAV to write."""
 
 import os
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ifa import _core
+from ifa.arguments import array
 
 FilePath = str | os.PathLike[str]
 
@@ -49,15 +49,4 @@ def write_wav(path: FilePath, samples: ArrayLike, sample_rate_hz: int, bits: int
         IfaValueError: A sample is out of range or not a number, or another argument is bad.
         IfaFileError: The file cannot be written.
     """
-    _core.write_wav(file_name(path), numbers(samples, "samples"), sample_rate_hz, bits)
-
-
-def numbers(values: ArrayLike, field: str) -> NDArray[np.float64]:
-    """The values as float64; IfaValueError naming the field if they are not real numbers."""
-    try:
-        array: NDArray[Any] = np.asarray(values)
-        if array.dtype.kind not in "iufO":  # "1.5", True and 1j convert too, but nobody means them
-            raise TypeError(f"got {array.dtype}")
-        return np.array(array, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise _core.IfaValueError(f"{field}: needs real numbers ({error})") from error
+    _core.write_wav(file_name(path), array(samples, "samples", (None,)), sample_rate_hz, bits)
