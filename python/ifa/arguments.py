@@ -1,7 +1,8 @@
-"""Arguments of the public functions, checked once: numbers and arrays, or an error that names them."""
+"""Arguments of the public functions, checked once: a value, or an error that names the argument."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -63,3 +64,23 @@ def triangle_indices(value: ArrayLike, vertex_count: int) -> np.ndarray:
     if indices.min() < 0 or indices.max() >= vertex_count:
         raise IfaValueError(f"triangles: an index lies outside the {vertex_count} vertices")
     return indices.astype(np.int64)
+
+
+def only_known(given: Iterable[str], known: Iterable[str]) -> None:
+    """Refuse names that are not among the known ones."""
+    fields = list(known)
+    for key in given:
+        if key not in fields:
+            raise IfaValueError(f"{key}: unknown here; there are {', '.join(fields)}")
+
+
+def mass_of(volume_m3: float, mass_kg: float | None, density: float | None) -> float:
+    """The mass, given itself or as a density in kg/m3."""
+    if (mass_kg is None) == (density is None):
+        raise IfaValueError("mass_kg: give either mass_kg or density (kg/m3)")
+    if mass_kg is not None:
+        return number(mass_kg, "mass_kg")
+    value = number(density, "density")
+    if not 0.0 < value < np.inf:
+        raise IfaValueError("density: must be finite and above 0")
+    return value * volume_m3

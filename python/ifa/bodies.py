@@ -1,8 +1,8 @@
 """A library of everyday bodies, written from their real sizes: `get("d6", surface="desk")`.
 
-Sizes and masses are of common real objects. Dice are solid resin of 1180 kg/m3 with edges rounded by
-4 % of the distance between opposite faces (d4: of twice the distance from centre to face), sizes
-including the rounding. Mass properties are exact for the rounded solid, except that a given mass
+Sizes and masses are of common real objects. Dice are solid resin of 1180 kg/m3 with edges rounded
+by 4 % of the distance between opposite faces (d4: of twice the distance from centre to face), sizes
+being those of the faces, which the rounding leaves in place. Mass properties are exact for the rounded solid, except that a given mass
 replaces that of uniform density (coin, ball, eraser, card). Restitution and friction are estimates,
 good to perhaps 0.15: they vary more between two desks than between two kinds of dice. Fit them to
 the sound where it matters.
@@ -64,8 +64,8 @@ def _d8() -> np.ndarray:
 
 
 def _d10() -> np.ndarray:
-    # A pentagonal trapezohedron. A face joins the apex (0, 0, H), two ring points at height h either
-    # side and the one between them at -h; they lie in a plane if H (1 - c) = h (1 + c), c = cos 36.
+    # A pentagonal trapezohedron. A face joins the apex (0, 0, H), two ring points at height h on
+    # either side and the one between at -h, in one plane if H (1 - c) = h (1 + c), c = cos 36.
     c = np.cos(np.pi / 5.0)
     apex = 1.0  # as high as the ring is wide, which gives the usual blunt die
     angle = np.arange(10) * np.pi / 5.0

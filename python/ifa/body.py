@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ifa import _core
 from ifa._core import IfaFileError, IfaValueError
-from ifa.arguments import array, inertia, number, triangle_indices
+from ifa.arguments import array, inertia, mass_of, number, only_known, triangle_indices
 from ifa.body_files import read_fields, write_fields
 from ifa.mesh_files import read_mesh
 from ifa.solid import mesh_mass_properties
@@ -55,6 +55,12 @@ class Body:
     """
 
     __slots__ = ("_centre_of_mass_m", "_core", "_notes", "_triangles", "_vertices_m")
+
+    _centre_of_mass_m: np.ndarray
+    _core: Any
+    _notes: tuple[str, ...]
+    _triangles: np.ndarray | None
+    _vertices_m: np.ndarray
 
     def __init__(self) -> None:
         raise TypeError("make a Body with Body.from_mesh, from_vertices, box, ball or read")
@@ -140,8 +146,8 @@ class Body:
     ) -> Body:
         """A solid box of outer size (3,), its edges rounded by `radius_m` within that size.
 
-        Give `mass_kg` or `density` (kg/m3); `material` as in `from_vertices`. The inertia is that of
-        the rounded box.
+        Give `mass_kg` or `density` (kg/m3); `material` as in `from_vertices`. The inertia is that
+        of the rounded box.
         """
         size = array(size_m, "size_m", (3,))
         radius = number(radius_m, "radius_m")
@@ -260,11 +266,7 @@ class Body:
         """A body from what `to_dict` gives; the keys are those of `read`."""
         if not isinstance(content, Mapping):
             raise IfaValueError("a body must be an object with named fields")
-        unknown = [key for key in content if key not in _FILE_KEYS]
-        if unknown:
-            raise IfaValueError(
-                f"unknown field {', '.join(map(repr, unknown))}; a body has {', '.join(_FILE_KEYS)}"
-            )
+        only_known(content, _FILE_KEYS)
         fields = dict(content)
         for key in ("vertices_m", "mass_kg"):
             if key not in fields:
@@ -279,9 +281,7 @@ class Body:
         return body
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers and lists, which `from_dict` turns into the same body. Vertices and inertia
-        are about the centre of mass.
-        """  # noqa: D205
+        """Plain numbers and lists, about the centre of mass, for `from_dict`."""
         content: dict[str, Any] = {
             "name": self.name,
             "vertices_m": self._vertices_m.tolist(),
@@ -303,8 +303,8 @@ class Body:
         """A copy with other fields, for example `body.replace(restitution=0.4)`.
 
         Any of `name`, `vertices_m` (about the centre of mass), `radius_m`, `mass_kg`,
-        `inertia_kg_m2`, `restitution`, `friction`, `rolling_friction_m` and `spin_friction_m`. A new
-        mass scales the inertia with it unless that is given too.
+        `inertia_kg_m2`, `restitution`, `friction`, `rolling_friction_m` and `spin_friction_m`. A
+        new mass scales the inertia with it unless that is given too.
         """
         fields: dict[str, Any] = {
             "name": self.name,
@@ -312,11 +312,7 @@ class Body:
             "inertia_kg_m2": self._core.inertia_kg_m2,
             **{key: getattr(self, key) for key in _NUMBERS},
         }
-        unknown = [key for key in changes if key not in fields]
-        if unknown:
-            raise IfaValueError(
-                f"{unknown[0]}: not a field that can be replaced; those are {', '.join(fields)}"
-            )
+        only_known(changes, fields)
         fields.update(changes)
         if "inertia_kg_m2" in changes:
             fields["inertia_kg_m2"] = inertia(changes["inertia_kg_m2"])
@@ -393,8 +389,8 @@ class Body:
 
     def __repr__(self) -> str:
         return (
-            f"<ifa.Body {self.name!r}: {len(self._vertices_m)} vertices, radius {self.radius_m:.3g} m,"
-            f" {self.mass_kg:.3g} kg, restitution {self.restitution:g}, friction {self.friction:g}>"
+            f"<ifa.Body {self.name!r}: {len(self._vertices_m)} vertices, radius {self.radius_m:.3g}"
+            f" m, {self.mass_kg:.3g} kg, restitution {self.restitution:g}, friction {self.friction:g}>"
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -427,12 +423,13 @@ class Body:
         name: str,
         material: Mapping[str, float],
     ) -> Body:
-        _check_material(material)
+        only_known(material, _MATERIAL)
         volume, _, moments = _core.rounded_hull_mass_properties(vertices, radius, 1.0)
-        mass = _mass(volume, mass_kg, density)
+        mass = mass_of(volume, mass_kg, density)
+        moments = moments * (mass / volume)
         return cls.from_vertices(
-            vertices, radius, mass_kg=mass, inertia_kg_m2=moments * (mass / volume), name=name, **material
-        )  # fmt: skip
+            vertices, radius, mass_kg=mass, inertia_kg_m2=moments, name=name, **material
+        )
 
     @classmethod
     def _from_surface(
@@ -447,7 +444,7 @@ class Body:
         notes: list[str],
         source: str = "mesh",
     ) -> Body:
-        _check_material(material)
+        only_known(material, _MATERIAL)
         radius = number(radius_m, "radius_m")
         used, faces = np.unique(triangles, return_inverse=True)
         vertices, faces = vertices[used], faces.reshape(-1, 3)
@@ -458,7 +455,7 @@ class Body:
             notes = [*notes, f"no density and no mass given; taken as {density:g} kg/m3"]
         for note in notes:
             warnings.warn(f"{source}: {note}", MeshWarning, stacklevel=3)
-        mass = _mass(volume, mass_kg, density)
+        mass = mass_of(volume, mass_kg, density)
         fields = {
             "name": name,
             "vertices_m": vertices - centre,
@@ -475,23 +472,6 @@ def _restore(content: Mapping[str, Any], notes: tuple[str, ...]) -> Body:
     body = Body.from_dict(content)
     body._notes = tuple(notes)
     return body
-
-
-def _check_material(material: Mapping[str, float]) -> None:
-    for key in material:
-        if key not in _MATERIAL:
-            raise IfaValueError(f"{key}: no such argument; the material has {', '.join(_MATERIAL)}")
-
-
-def _mass(volume: float, mass_kg: float | None, density: float | None) -> float:
-    if (mass_kg is None) == (density is None):
-        raise IfaValueError("mass_kg: give either mass_kg or density (kg/m3)")
-    if mass_kg is not None:
-        return number(mass_kg, "mass_kg")
-    value = number(density, "density")
-    if not 0.0 < value < np.inf:
-        raise IfaValueError("density: must be finite and above 0")
-    return value * volume
 
 
 def _frozen(values: np.ndarray) -> np.ndarray:

@@ -1,8 +1,8 @@
-"""Read the vertices and triangles of OBJ, STL, PLY and OFF files; everything else in them is ignored.
+"""Read the vertices and triangles of OBJ, STL, PLY and OFF files; the rest of them is ignored.
 
-Readers of our own, for a body needs little of a mesh file and all of it exactly: a number that is not
-one, an index out of range or a truncated file must be an error that names the line, not a mesh that
-is nearly right.
+Readers of our own, for a body needs little of a mesh file and all of it exactly: a number that is
+not one, an index out of range or a truncated file must be an error that names the line, not a mesh
+that is nearly right.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ class _Bad(Exception):
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
-    """Vertices (n, 3) in the file's unit, triangles (m, 3) and notes on what was read with a doubt.
+    """Vertices (n, 3) in the file's unit, triangles (m, 3) and notes on what was read in doubt.
 
-    Faces with more than three corners are split into fans. The ending of the name chooses the format.
+    Faces of more than three corners are split into fans. The ending of the name chooses the format.
 
     Raises:
         IfaFileError: the file is missing, of another format, malformed or without triangles.
@@ -178,7 +178,7 @@ def _read_stl(data: bytes) -> Mesh:
         (count,) = struct.unpack_from("<I", data, 80)
         if len(data) == 84 + 50 * count:
             return _stl_mesh(_binary_stl(data, count))
-    if not data.lstrip()[:5].lower() == b"solid" or b"\x00" in data:
+    if data.lstrip()[:5].lower() != b"solid" or b"\x00" in data:
         if len(data) < 84:
             raise _Bad("is too short for a binary STL file and does not begin with 'solid'")
         if len(data) > 84 + 50 * count and count:

@@ -1,4 +1,4 @@
-"""The solid that a triangle mesh encloses, as meshes come: flipped, in pieces, welded badly, open."""
+"""The solid that a triangle mesh encloses, as meshes come: flipped, in pieces, badly welded."""
 
 from __future__ import annotations
 
@@ -60,11 +60,10 @@ def enclosed_solid(
             continue
         if len(_boundary(faces)) and _turn_to_agree(faces):
             notes.append("some faces were wound against their neighbours and have been turned")
-        faces = _close_gaps(points, faces)
-        if faces is None:
+        closed = _close_gaps(points, faces)
+        if closed is None:
             continue
-        pieces = _pieces(faces)
-        solid = _oriented(points, pieces, notes)
+        solid = _oriented(points, _pieces(closed), notes)
         if solid is not None:
             return points, solid, notes
     return None
@@ -196,7 +195,7 @@ def _volume(points: np.ndarray, faces: np.ndarray) -> float:
 
 
 def _winding(points: np.ndarray, faces: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Winding number of a closed piece about each point of `at` (van Oosterom and Strackee 1983)."""
+    """Winding number of a closed piece about points (van Oosterom and Strackee 1983)."""
     out = np.empty(len(at))
     for k, p in enumerate(at):
         a, b, c = (points[faces[:, i]] - p for i in range(3))
