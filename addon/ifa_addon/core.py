@@ -47,7 +47,7 @@ def load(extra_path: str = "") -> ModuleType:
         # A folder of that name on the path would import as an empty namespace package.
         for name in ("solve", "Body", "Signature", "Progress"):
             getattr(module, name)
-    except (ImportError, AttributeError) as error:
+    except Exception as error:  # whatever a broken package raises, the panel must still draw
         raise CoreMissing(
             "The package ifa is not installed for Blender's Python "
             f"{sys.version_info.major}.{sys.version_info.minor}: set its folder in the add-on's "

@@ -51,6 +51,7 @@ class Job:
 
 
 current: Job | None = None
+failure = ""  # why the last solve of this session wrote nothing; shown until the next one
 
 
 def start(work: Callable[[], Any], progress: Any, label: str = "") -> Job:
@@ -73,7 +74,8 @@ def clear(job: Job) -> None:
 
 def cancel_all(wait_s: float = 0.0) -> None:
     """For quitting, loading another file and disabling the add-on."""
-    global current
+    global current, failure
+    failure = ""
     if current is not None:
         job, current = current, None
         job.cancel()

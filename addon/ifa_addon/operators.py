@@ -51,6 +51,7 @@ class IFA_OT_solve(bpy.types.Operator):
 
     def execute(self, context):
         """Blocks: scripts and background runs. The window's path is invoke()."""
+        job.failure = ""
         ifa = _load_core(self)
         if ifa is None:
             return {"CANCELLED"}
@@ -59,9 +60,10 @@ class IFA_OT_solve(bpy.types.Operator):
             outcome = core.solve(ifa, inputs, ifa.Progress())
         except (scene.SceneError, ifa.IfaError) as error:
             return self._fail(str(error))
-        return self._write(context, context.object, inputs, outcome)
+        return self._write(context, context.object, outcome)
 
     def invoke(self, context, event):
+        job.failure = ""
         ifa = _load_core(self)
         if ifa is None:
             return {"CANCELLED"}
@@ -126,9 +128,9 @@ class IFA_OT_solve(bpy.types.Operator):
                 f"The marks, the sound or '{self._object}' changed during the solve: nothing was "
                 "written, solve again."
             )
-        return self._write(context, obj, inputs, outcome)
+        return self._write(context, obj, outcome)
 
-    def _write(self, context, obj, inputs, outcome):
+    def _write(self, context, obj, outcome):
         try:
             time = scene.timing(context.scene)
             bake.bake(context.scene, obj, outcome.solution.motion, outcome.centre_of_mass_m)
@@ -136,15 +138,18 @@ class IFA_OT_solve(bpy.types.Operator):
             return self._fail(str(error))
         scene.store_exact_times(context.scene, obj.ifa.marker_filter, time)
         own, solution = obj.ifa, outcome.solution
-        own.baked_digest = inputs.digest()
         own.succeeded, own.plausible = bool(solution.succeeded), bool(solution.plausible)
         own.score, own.worst_error_ms = float(solution.score), core.worst_error_ms(outcome)
         own.result = core.describe(outcome)
+        for note in outcome.notes:
+            self.report({"WARNING"}, note)
         self.report({"INFO"} if own.succeeded else {"WARNING"}, own.result)
         compat.redraw_views()
         return {"FINISHED"}
 
     def _fail(self, message: str):
+        job.failure = message
+        compat.redraw_views()
         self.report({"ERROR"}, message)
         return {"CANCELLED"}
 
@@ -187,6 +192,7 @@ class IFA_OT_clear(bpy.types.Operator):
         return obj is not None and obj.ifa.action is not None
 
     def execute(self, context):
+        job.failure = ""
         bake.clear(context.object)
         return {"FINISHED"}
 

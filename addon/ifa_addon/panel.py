@@ -57,6 +57,10 @@ class IFA_PT_main(_Panel, bpy.types.Panel):
             row = layout.row()
             row.scale_y = 1.4
             row.operator("ifa.solve", icon="PLAY")
+        if job.failure and running is None:
+            box = layout.box()
+            box.alert = True
+            _paragraph(box, context, job.failure, "ERROR")
         own = obj.ifa
         if own.action is not None:
             self._draw_result(context, own)

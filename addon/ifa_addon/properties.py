@@ -16,13 +16,12 @@ from bpy.props import (
 
 from . import job
 
-# What the object lands on: restitution and friction to start from; `material = Fit` refines them.
+# What a resin die lands on: restitution and friction to start from, the same estimates as those of
+# ifa.bodies. Material "Fit" refines them.
 SURFACES = {
-    "WOOD": ("Wooden table", 0.45, 0.35),
-    "STONE": ("Stone or tile", 0.60, 0.30),
-    "METAL": ("Metal plate", 0.55, 0.25),
-    "FELT": ("Felt or cloth", 0.25, 0.55),
-    "RUBBER": ("Rubber mat", 0.50, 0.80),
+    "DESK": ("Desk", 0.50, 0.25),
+    "WOOD": ("Wood", 0.45, 0.30),
+    "CARPET": ("Carpet", 0.15, 0.55),
 }
 
 
@@ -53,14 +52,14 @@ class IFA_PG_object(bpy.types.PropertyGroup):
         ],
     )
     density_kg_m3: FloatProperty(
-        name="Density",
+        name="kg / m³",
         description="Density of the solid in kg per cubic metre",
         default=1200.0,
         min=1.0,
         soft_max=20000.0,
     )
     mass_kg: FloatProperty(
-        name="Mass (kg)",
+        name="kg",
         description="Mass in kg",
         default=0.005,
         min=1e-6,
@@ -98,7 +97,7 @@ class IFA_PG_object(bpy.types.PropertyGroup):
         ],
     )
     marker_filter: StringProperty(
-        name="Marker Filter",
+        name="Filter",
         description="Use the timeline markers whose names begin with this text (or match it, with "
         "* and ?). Empty: all. Markers that switch cameras never count",
     )
@@ -111,7 +110,7 @@ class IFA_PG_object(bpy.types.PropertyGroup):
     )
     seed: IntProperty(name="Seed", description="Another seed gives another take", min=0)
     time_budget_s: FloatProperty(
-        name="Time Budget (s)",
+        name="Seconds",
         description="No larger search is begun once this many seconds are spent",
         default=10.0,
         min=0.1,
@@ -129,7 +128,6 @@ class IFA_PG_object(bpy.types.PropertyGroup):
     # Of the last bake. Kept in the file, so that Clear works after loading it again.
     keyed: BoolProperty(options={"HIDDEN"})
     action: PointerProperty(type=bpy.types.Action, options={"HIDDEN"})
-    baked_digest: StringProperty(options={"HIDDEN"})
     result: StringProperty(options={"HIDDEN"})
     succeeded: BoolProperty(options={"HIDDEN"})
     plausible: BoolProperty(options={"HIDDEN"})

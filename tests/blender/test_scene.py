@@ -260,12 +260,12 @@ class BodyTest(SceneTest):
 class SettingsTest(SceneTest):
     def test_surface_presets(self):
         own = add_box().ifa
-        own.surface = "FELT"
-        self.assertAlmostEqual(own.restitution, 0.25, places=6)
-        self.assertEqual(own.surface, "FELT")
+        own.surface = "CARPET"
+        self.assertAlmostEqual(own.restitution, 0.15, places=6)
+        self.assertEqual(own.surface, "CARPET")
         own.friction = 0.9
         self.assertEqual(own.surface, "CUSTOM")
-        self.assertAlmostEqual(own.restitution, 0.25, places=6)
+        self.assertAlmostEqual(own.restitution, 0.15, places=6)
 
     def test_digest_follows_the_scene(self):
         obj = add_box()
