@@ -175,6 +175,7 @@ def drive():
     check("Esc writes nothing", bpy.data.objects["die"].animation_data is None)
 
     yield from solve_and_move_a_marker()
+    yield from solve_and_load_a_file()
 
 
 def solve_and_move_a_marker():
@@ -189,6 +190,21 @@ def solve_and_move_a_marker():
         yield 0.1
     check("a stale motion is refused", "changed during the solve" in job.failure)
     check("a stale motion is not written", bpy.data.objects["die"].animation_data is None)
+
+
+def solve_and_load_a_file():
+    """A solve ends with the file it belongs to, and the next file can solve at once."""
+    bpy.data.objects["die"].ifa.time_budget_s = 60.0
+    window, _, region = view3d()
+    yield from press_solve(window, region)
+    ended = job.current
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    yield 0.5
+    check("loading a file frees the button", ended is not None and job.current is None)
+    started = time.monotonic()
+    while ended is not None and not ended.done and time.monotonic() - started < 5.0:
+        yield 0.05
+    check("loading a file ends the thread", ended is not None and ended.done)
 
 
 def finish() -> None:
@@ -211,7 +227,7 @@ def main() -> None:
         finish()
         return None
 
-    bpy.app.timers.register(step, first_interval=1.0)
+    bpy.app.timers.register(step, first_interval=1.0, persistent=True)
 
 
 main()
