@@ -1,0 +1,153 @@
+#include "ifa/verify/contacts.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace ifa::verify {
+namespace {
+
+constexpr double kSlowestAtSample = 0.02;  // m/s; above the noise of sustained contact
+constexpr double kSlowestInFlight =
+    0.005;  // m/s; between samples, coming from flight: extrapolation is exact there
+constexpr double kSlowestInContact = 0.03;  // m/s; between samples, coming from sustained contact
+constexpr double kFlightError = 2e-6;       // m, of an extrapolation over one step; single precision included
+// m/s^2: contact forces unknown to the extrapolation (up to about 10 g at a corner).
+constexpr double kContactAcceleration = 100.0;
+
+class Finder {
+ public:
+  explicit Finder(const Track& track) : track_(track) { impacts_.kinked.assign(track.size(), 0); }
+
+  Impacts run() {
+    for (int i = 1; i < track_.size(); ++i) {
+      if (i - 1 > first_ && between(i - 1)) {
+        impacts_.kinked[i - 1] = 1;
+        first_ = i;
+      } else if (at(i)) {
+        first_ = i;
+      }
+    }
+    for (const Meeting& m : meetings_) {
+      const bool is_last = m.impact + 1 == impacts_.list.size();
+      meet(m, is_last ? track_.size() - 1 : impacts_.list[m.impact + 1].sample);
+    }
+    return std::move(impacts_);
+  }
+
+ private:
+  struct Meeting {
+    int interval;
+    Velocity before;
+    int point;
+    std::size_t impact;
+  };
+
+  bool at(int i) {
+    if (i <= first_ || track_.lowest(i) > track_.touch()) return false;
+    const bool last = i + 1 == track_.size();
+    const Pose pose{track_.position(i), track_.orientation(i)};
+    const Velocity velocity = track_.before(i, first_);
+    double speed = kSlowestAtSample;
+    int hitting = -1;
+    for (int k = 0; k < track_.points(); ++k) {
+      if (track_.height(k, i) > track_.touch()) continue;
+      const double approach = -track_.vertical_speed(k, pose, velocity, 0.0);
+      if (approach <= speed) continue;
+      // still moving down as before: the impact comes later
+      if (!last && track_.height(k, i + 1) - track_.height(k, i) < -0.5 * approach * track_.step(i)) continue;
+      speed = approach;
+      hitting = k;
+    }
+    if (hitting < 0) return false;
+    push(track_.time(i), speed, pose, hitting, i, true);
+    return true;
+  }
+
+  // In interval i, from i to i + 1.
+  bool between(int i) {
+    const double step = track_.step(i);
+    const double reach =
+        1.5 * track_.speed_bound(i - 1) * step + kContactAcceleration * step * step + track_.touch();
+    if (track_.lowest(i) > reach) return false;
+    const Velocity velocity = track_.before(i, first_);
+    const Pose next = track_.extrapolate(i, velocity, step);
+    const bool flying = track_.lowest(i) > track_.touch() && track_.lowest(i - 1) > track_.touch() &&
+                        (i - 2 <= first_ || track_.lowest(i - 2) > track_.touch());
+    const double error = kFlightError + (flying ? 0.0 : kContactAcceleration * step * step);
+    std::vector<int> through;
+    for (int k = 0; k < track_.points(); ++k) {
+      const double expected = track_.height(k, next);
+      if (expected < -error && track_.height(k, i + 1) > expected + error && track_.height(k, i) > -error)
+        through.push_back(k);
+    }
+    if (through.empty()) return false;
+    const auto clearance = [&](double s) {
+      const Pose pose = track_.extrapolate(i, velocity, s);
+      double lowest = track_.height(through.front(), pose);
+      for (const int k : through) lowest = std::min(lowest, track_.height(k, pose));
+      return lowest;
+    };
+    const double root = clearance(0.0) > 0.0 ? bisect(clearance, step) : 0.0;
+    const Pose pose = track_.extrapolate(i, velocity, root);
+    double speed = flying ? kSlowestInFlight : kSlowestInContact;
+    int hitting = -1;
+    for (const int k : through) {
+      if (track_.height(k, pose) > track_.touch()) continue;
+      const double approach = -track_.vertical_speed(k, pose, velocity, root);
+      if (approach > speed) {
+        speed = approach;
+        hitting = k;
+      }
+    }
+    if (hitting < 0) return false;
+    push(track_.time(i) + root, speed, pose, hitting, i, false);
+    meetings_.push_back({i, velocity, hitting, impacts_.list.size() - 1});
+    return true;
+  }
+
+  // How deep the point is where the paths before and after meet; `last` is the last sample after it that no
+  // further impact separates from it.
+  void meet(const Meeting& m, int last) {
+    if (m.interval + 1 >= last) return;
+    const double step = track_.step(m.interval);
+    const Velocity after = track_.after(m.interval + 1, last);
+    const auto gap = [&](double s) {
+      return track_.height(m.point, track_.extrapolate(m.interval, m.before, s)) -
+             track_.height(m.point, track_.extrapolate(m.interval + 1, after, s - step));
+    };
+    if (gap(0.0) <= 0.0 || gap(step) >= 0.0) return;
+    const double s = bisect(gap, step);
+    const double depth = -track_.height(m.point, track_.extrapolate(m.interval, m.before, s));
+    if (depth > impacts_.deepest_m) {
+      impacts_.deepest_m = depth;
+      impacts_.deepest_time_s = track_.time(m.interval) + s;
+    }
+  }
+
+  // The root of a function that is positive at 0 and negative at `high`.
+  template <class Function>
+  static double bisect(const Function& f, double high) {
+    double low = 0.0;
+    for (int n = 0; n < 45; ++n) {
+      const double middle = 0.5 * (low + high);
+      (f(middle) > 0.0 ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+  }
+
+  void push(double time_s, double speed, const Pose& pose, int point, int sample, bool at_sample) {
+    const Vec3 position = pose.position + track_.arm(point, pose.orientation);
+    impacts_.list.push_back({time_s, speed, position, sample, at_sample});
+  }
+
+  const Track& track_;
+  Impacts impacts_;
+  std::vector<Meeting> meetings_;
+  int first_ = 0;  // stencils reach no further back
+};
+
+}  // namespace
+
+Impacts find_impacts(const Track& track) { return Finder(track).run(); }
+
+}  // namespace ifa::verify
