@@ -21,6 +21,14 @@ def number(value: Any, field: str) -> float:
         raise IfaValueError(f"{field}: must be a number, got {value!r}") from None
 
 
+def positive(value: Any, field: str) -> float:
+    """`value` as a finite float above 0."""
+    out = number(value, field)
+    if not 0.0 < out < np.inf:
+        raise IfaValueError(f"{field}: must be finite and above 0, got {out:g}")
+    return out
+
+
 def array(value: Any, field: str, shape: tuple[int | None, ...]) -> np.ndarray:
     """A new float64 array of the shape, in which None stands for any length."""
     try:
@@ -79,8 +87,5 @@ def mass_of(volume_m3: float, mass_kg: float | None, density: float | None) -> f
     if (mass_kg is None) == (density is None):
         raise IfaValueError("mass_kg: give either mass_kg or density (kg/m3)")
     if mass_kg is not None:
-        return number(mass_kg, "mass_kg")
-    value = number(density, "density")
-    if not 0.0 < value < np.inf:
-        raise IfaValueError("density: must be finite and above 0")
-    return value * volume_m3
+        return positive(mass_kg, "mass_kg")
+    return positive(density, "density") * volume_m3

@@ -1,11 +1,11 @@
 """A library of everyday bodies, written from their real sizes: `get("d6", surface="desk")`.
 
-Sizes and masses are of common real objects. Dice are solid resin of 1180 kg/m3 with edges rounded
-by 4 % of the distance between opposite faces (d4: of twice the distance from centre to face), sizes
-being those of the faces, which the rounding leaves in place. Mass properties are exact for the rounded solid, except that a given mass
-replaces that of uniform density (coin, ball, eraser, card). Restitution and friction are estimates,
-good to perhaps 0.15: they vary more between two desks than between two kinds of dice. Fit them to
-the sound where it matters.
+Sizes and masses are of common real objects. Dice are solid resin of 1180 kg/m3, their size that
+between opposite faces (d4: the edge, before rounding), their edges rounded by 4 % of that distance
+(d4: of twice the distance from centre to face). The rest have the mass of the real thing. Mass is
+spread evenly, and the moments are exact for the rounded solid. Restitution and friction are
+estimates, good to perhaps 0.15: they vary more between two desks than between two kinds of dice.
+Fit them to the sound where it matters.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ifa import _core
 from ifa._core import IfaFileError, IfaValueError
-from ifa.arguments import array, inertia, mass_of, number, only_known, triangle_indices
+from ifa.arguments import array, inertia, mass_of, number, only_known, positive, triangle_indices
 from ifa.body_files import read_fields, write_fields
 from ifa.mesh_files import read_mesh
 from ifa.solid import mesh_mass_properties
@@ -105,7 +105,7 @@ class Body:
                 "among vertices_m"
             )
         vertices = array(vertices_m, "vertices_m", (None, 3))
-        radius, mass = number(radius_m, "radius_m"), number(mass_kg, "mass_kg")
+        radius, mass = number(radius_m, "radius_m"), positive(mass_kg, "mass_kg")
         centre = np.zeros(3)
         if inertia_kg_m2 is not None:
             moments = inertia(inertia_kg_m2)
@@ -170,9 +170,7 @@ class Body:
         **material: float,
     ) -> Body:
         """A solid ball. Give `mass_kg` or `density` (kg/m3); `material` as in `from_vertices`."""
-        radius = number(radius_m, "radius_m")
-        if not 0.0 < radius < np.inf:
-            raise IfaValueError("radius_m: must be finite and above 0")
+        radius = positive(radius_m, "radius_m")
         return cls._from_hull(np.zeros((1, 3)), radius, mass_kg, density, name, material)
 
     @classmethod
@@ -317,7 +315,7 @@ class Body:
         if "inertia_kg_m2" in changes:
             fields["inertia_kg_m2"] = inertia(changes["inertia_kg_m2"])
         elif "mass_kg" in changes:
-            ratio = number(changes["mass_kg"], "mass_kg") / self.mass_kg
+            ratio = positive(changes["mass_kg"], "mass_kg") / self.mass_kg
             fields["inertia_kg_m2"] = fields["inertia_kg_m2"] * ratio
         fields["vertices_m"] = array(fields["vertices_m"], "vertices_m", (None, 3))
         return Body._make(fields, self._centre_of_mass_m, self._notes)
@@ -390,7 +388,8 @@ class Body:
     def __repr__(self) -> str:
         return (
             f"<ifa.Body {self.name!r}: {len(self._vertices_m)} vertices, radius {self.radius_m:.3g}"
-            f" m, {self.mass_kg:.3g} kg, restitution {self.restitution:g}, friction {self.friction:g}>"
+            f" m, {self.mass_kg:.3g} kg, restitution {self.restitution:g},"
+            f" friction {self.friction:g}>"
         )
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -14,7 +14,7 @@ _WELD = 1e-6
 # Gaps that total less than this share of the extent squared are closed: T-junctions of exporters.
 _GAP_AREA = 1e-6
 _SMALLEST = 1e-15  # a piece of less than this share of the cubed extent encloses nothing
-_OVERLAP_SAMPLES = 64  # vertices of a piece tested for lying inside another
+_OVERLAP_SAMPLES = 128  # points of a piece tested for lying inside another
 
 
 def mesh_mass_properties(
@@ -211,6 +211,14 @@ def _winding(points: np.ndarray, faces: np.ndarray, at: np.ndarray) -> np.ndarra
     return out
 
 
+def _surface_sample(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Corners of a piece and points along its edges, evenly thinned."""
+    edges = points[np.unique(np.sort(_directed_edges(faces), axis=1), axis=0)]
+    along = [(1.0 - t) * edges[:, 0] + t * edges[:, 1] for t in (0.21, 0.5, 0.83)]
+    sample = np.concatenate([points[np.unique(faces)], *along])
+    return sample[:: -(-len(sample) // _OVERLAP_SAMPLES)]
+
+
 def _oriented(points: np.ndarray, pieces: list[np.ndarray], notes: list[str]) -> np.ndarray | None:
     """All triangles of the solid, outward; None where the pieces enclose no volume."""
     extent = float(np.ptp(points, axis=0).max())
@@ -218,9 +226,8 @@ def _oriented(points: np.ndarray, pieces: list[np.ndarray], notes: list[str]) ->
     order = [
         k for k in np.argsort(np.abs(volumes))[::-1] if abs(volumes[k]) > _SMALLEST * extent**3
     ]
-    corners = {k: np.unique(pieces[k]) for k in order}
-    low = {k: points[corners[k]].min(axis=0) for k in order}
-    high = {k: points[corners[k]].max(axis=0) for k in order}
+    low = {k: points[np.unique(pieces[k])].min(axis=0) for k in order}
+    high = {k: points[np.unique(pieces[k])].max(axis=0) for k in order}
     factor: dict[int, int] = {}  # 1 adds volume, -1 is a cavity, 0 adds nothing
     overlap = False
     for k in order:
@@ -228,8 +235,7 @@ def _oriented(points: np.ndarray, pieces: list[np.ndarray], notes: list[str]) ->
         for j in reversed([j for j in factor if j != k and factor[j] != 0]):  # the smallest first
             if (low[k] > high[j]).any() or (low[j] > high[k]).any():
                 continue
-            sample = corners[k][:: max(1, len(corners[k]) // _OVERLAP_SAMPLES)]
-            winding = np.abs(_winding(points, pieces[j], points[sample]))
+            winding = np.abs(_winding(points, pieces[j], _surface_sample(points, pieces[k])))
             inside, outside = int((winding > 0.75).sum()), int((winding < 0.25).sum())
             if inside and not outside:
                 against = np.sign(volumes[k]) != np.sign(volumes[j])
