@@ -64,11 +64,11 @@ bench: build  ## solve the recordings and tosses in ../shared and print the tabl
 
 # ThreadSanitizer cannot place its shadow memory where the kernel randomises addresses too widely.
 sanitize: deps  ## run the C++ tests under the address, undefined-behaviour and thread sanitizers
-	@set -e; for checks in address,undefined thread; do \
-	  cmake -S . -B build/$$checks -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DIFA_BUILD_PYTHON=OFF \
+	@set -e; for checks in address,undefined thread; do dir=build/sanitize-$${checks%%,*}; \
+	  cmake -S . -B $$dir -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DIFA_BUILD_PYTHON=OFF \
 	    -DIFA_SANITIZE=$$checks >/dev/null; \
-	  setarch -R cmake --build build/$$checks; \
-	  setarch -R ctest --test-dir build/$$checks --output-on-failure --no-tests=error -j $$(nproc); \
+	  setarch -R cmake --build $$dir; \
+	  setarch -R ctest --test-dir $$dir --output-on-failure --no-tests=error -j $$(nproc); \
 	done
 
 format: deps  ## format all sources
