@@ -62,10 +62,11 @@ test-blender: build  ## run the add-on's tests inside Blender, also in a real wi
 bench: build  ## solve the recordings and tosses in ../shared and print the table
 	@$(PY) benchmarks/solve.py
 
-# ThreadSanitizer cannot place its shadow memory where the kernel randomises addresses too widely.
+# Without NDEBUG, so that Eigen checks its indices too. setarch -R: ThreadSanitizer cannot place its
+# shadow memory where the kernel randomises addresses widely.
 sanitize: deps  ## run the C++ tests under the address, undefined-behaviour and thread sanitizers
 	@set -e; for checks in address,undefined thread; do dir=build/sanitize-$${checks%%,*}; \
-	  cmake -S . -B $$dir -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DIFA_BUILD_PYTHON=OFF \
+	  cmake -S . -B $$dir -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="-O1 -g1" -DIFA_BUILD_PYTHON=OFF \
 	    -DIFA_SANITIZE=$$checks >/dev/null; \
 	  setarch -R cmake --build $$dir; \
 	  setarch -R ctest --test-dir $$dir --output-on-failure --no-tests=error -j $$(nproc); \
