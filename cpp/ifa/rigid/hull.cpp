@@ -132,8 +132,8 @@ class Qhull {
 };
 
 // The corners of a facet in order around it. A merged facet is a polygon whose edges are its ridges.
-std::vector<int> facet_polygon(facetT* facet, const std::vector<double>& coordinates) {
-  const auto index = [&](vertexT* v) { return static_cast<int>((v->point - coordinates.data()) / 3); };
+std::vector<int> facet_polygon(facetT* facet, const coordT* first_point) {
+  const auto index = [&](vertexT* v) { return static_cast<int>((v->point - first_point) / 3); };
   std::vector<int> polygon;
   vertexT *vertex, **vertexp;
   if (facet->simplicial) {
@@ -163,7 +163,7 @@ std::vector<int> facet_polygon(facetT* facet, const std::vector<double>& coordin
   return polygon;
 }
 
-// Triangles of the hull, by indices into `points`, whose span is a volume.
+// Triangles of the hull, by indices into `points`, whose span is a volume; none if Qhull gives up.
 std::vector<Triangle> hull_triangles(const std::vector<Vec3>& points) {
   std::vector<double> coordinates;
   coordinates.reserve(3 * points.size());
@@ -176,7 +176,7 @@ std::vector<Triangle> hull_triangles(const std::vector<Vec3>& points) {
     std::vector<Triangle> triangles;
     facetT* facet;
     FORALLfacets {
-      std::vector<int> polygon = facet_polygon(facet, coordinates);
+      std::vector<int> polygon = facet_polygon(facet, qh->first_point);
       if (polygon.size() < 3) continue;
       Vec3 area = Vec3::Zero();
       for (std::size_t i = 2; i < polygon.size(); ++i)
@@ -187,7 +187,7 @@ std::vector<Triangle> hull_triangles(const std::vector<Vec3>& points) {
     }
     return triangles;
   }
-  throw ArgumentError("vertices_m: the convex hull cannot be computed from these points");
+  return {};
 }
 
 // Volume, first and second moments about one reference point.
@@ -351,6 +351,7 @@ Hull convex_hull(const std::vector<Vec3>& points) {
     candidates.push_back(middle - span.normal);
   }
   const std::vector<Triangle> triangles = hull_triangles(candidates);
+  if (triangles.empty()) throw ArgumentError("vertices_m: their convex hull cannot be computed");
   std::vector<int> position(candidates.size(), -1);
   for (const Triangle& t : triangles)
     for (const int i : t) position[i] = 0;
