@@ -46,8 +46,9 @@ void bind_body(py::module_& m) {
            py::arg("mass_kg"), py::arg("centre_of_mass_m"), py::arg("inertia_kg_m2"), py::arg("restitution"),
            py::arg("friction"), py::arg("rolling_friction_m"), py::arg("spin_friction_m"))
       .def_property_readonly("name", &Body::name)
-      .def_property_readonly("vertices_m", [](const Body& b) { return from_points(b.vertices()); },
-                             "(n, 3) extreme points of the hull about the centre of mass, body axes.")
+      .def_property_readonly(
+          "vertices_m", [](const Body& b) { return from_points(b.vertices()); },
+          "(n, 3) extreme points of the hull about the centre of mass, body axes.")
       .def_property_readonly("radius_m", &Body::radius_m)
       .def_property_readonly("mass_kg", &Body::mass_kg)
       .def_property_readonly("centre_of_mass_m",
@@ -58,7 +59,8 @@ void bind_body(py::module_& m) {
       .def_property_readonly("bounding_radius_m", &Body::bounding_radius_m)
       .def_property_readonly("restitution", [](const Body& b) { return b.material().restitution; })
       .def_property_readonly("friction", [](const Body& b) { return b.material().friction; })
-      .def_property_readonly("rolling_friction_m", [](const Body& b) { return b.material().rolling_friction_m; })
+      .def_property_readonly("rolling_friction_m",
+                             [](const Body& b) { return b.material().rolling_friction_m; })
       .def_property_readonly("spin_friction_m", [](const Body& b) { return b.material().spin_friction_m; });
 
   m.def(
@@ -76,8 +78,8 @@ void bind_body(py::module_& m) {
       "Points (n, 3) to (vertices (m, 3), outward triangles (k, 3), flat). No triangles where flat.");
   m.def(
       "mass_properties",
-      [](const Array& vertices_m, const py::array_t<int, py::array::c_style | py::array::forcecast>& triangles,
-         double density_kg_m3) {
+      [](const Array& vertices_m,
+         const py::array_t<int, py::array::c_style | py::array::forcecast>& triangles, double density_kg_m3) {
         const std::vector<Vec3> vertices = to_points(vertices_m, "vertices_m");
         const std::vector<Triangle> faces = to_triangles(triangles);
         MassProperties properties;
@@ -101,7 +103,8 @@ void bind_body(py::module_& m) {
         return from_mass_properties(properties);
       },
       py::arg("vertices_m"), py::arg("radius_m"), py::arg("density_kg_m3"),
-      "Of the hull of the vertices rounded by radius_m: (volume_m3, centre_of_mass_m (3,), inertia_kg_m2 (3, 3)).");
+      "Of the hull of the vertices rounded by radius_m: (volume_m3, centre_of_mass_m (3,), inertia_kg_m2 (3, "
+      "3)).");
 }
 
 }  // namespace

@@ -10,8 +10,8 @@
 namespace ifa {
 
 struct Material {
-  double restitution = 0.5;        // Newton's e, in [0, 1]
-  double friction = 0.3;           // Coulomb's mu, >= 0
+  double restitution = 0.5;          // Newton's e, in [0, 1]
+  double friction = 0.3;             // Coulomb's mu, >= 0
   double rolling_friction_m = 5e-5;  // largest rolling resistance torque over normal force
   double spin_friction_m = 5e-5;     // largest torque about the normal over normal force
 };
@@ -23,8 +23,8 @@ class Body {
  public:
   struct Definition {
     std::string name = "body";
-    std::vector<Vec3> vertices_m;         // any points whose convex hull is the contact shape
-    double radius_m = 0.0;                // rounding radius
+    std::vector<Vec3> vertices_m;  // any points whose convex hull is the contact shape
+    double radius_m = 0.0;         // rounding radius
     double mass_kg = 0.0;
     Vec3 centre_of_mass_m = Vec3::Zero();  // in the axes of vertices_m
     Mat3 inertia_kg_m2 = Mat3::Zero();     // about the centre of mass, in the axes of vertices_m

@@ -11,9 +11,10 @@ namespace ifa {
 using Triangle = std::array<int, 3>;
 
 struct Hull {
-  std::vector<Vec3> vertices;       // extreme points only, in the order of the input
-  std::vector<Triangle> triangles;  // outward orientation (counter-clockwise seen from outside); empty if flat
-  bool flat = false;                // the points span no volume: a point, a line or a plane
+  std::vector<Vec3> vertices;  // extreme points only, in the order of the input
+  std::vector<Triangle>
+      triangles;      // outward orientation (counter-clockwise seen from outside); empty if flat
+  bool flat = false;  // the points span no volume: a point, a line or a plane
 };
 
 // Throws ArgumentError on no points or a coordinate that is not finite. Never aborts.

@@ -33,7 +33,10 @@ TEST(Body, EachInvalidFieldIsNamed) {
   const std::vector<std::pair<std::string, Change>> cases{
       {"vertices_m", [](auto& d) { d.vertices_m.clear(); }},
       {"vertices_m", [&](auto& d) { d.vertices_m[3].y() = nan; }},
-      {"vertices_m", [](auto& d) { for (Vec3& v : d.vertices_m) v.z() = 0.0; }},
+      {"vertices_m",
+       [](auto& d) {
+         for (Vec3& v : d.vertices_m) v.z() = 0.0;
+       }},
       {"radius_m", [](auto& d) { d.radius_m = -1e-9; }},
       {"radius_m", [&](auto& d) { d.radius_m = infinite; }},
       {"mass_kg", [](auto& d) { d.mass_kg = 0.0; }},
@@ -66,7 +69,8 @@ TEST(Body, EachInvalidFieldIsNamed) {
 }
 
 TEST(Body, AcceptsTheLimits) {
-  for (const Vec3& moments : {Vec3(1, 1, 2), Vec3(1, 2, 3), Vec3(1e-12, 1, 1), Vec3(1, 1, 2.0 * (1 + 1e-12))}) {
+  for (const Vec3& moments :
+       {Vec3(1, 1, 2), Vec3(1, 2, 3), Vec3(1e-12, 1, 1), Vec3(1, 1, 2.0 * (1 + 1e-12))}) {
     Body::Definition d = brick();
     d.inertia_kg_m2 = moments.asDiagonal();
     EXPECT_EQ(Body::make(d).principal_inertia(), moments);
@@ -121,8 +125,9 @@ TEST(Body, CentreOfMassIsTheOrigin) {
 }
 
 TEST(Body, BallCapsuleAndPlateNeedARadius) {
-  const std::vector<std::vector<Vec3>> flat{
-      {{0, 0, 0}}, {{0, 0, -1}, {0, 0, 1}, {0, 0, 0.5}}, {{1, 1, 0}, {-1, 1, 0}, {-1, -1, 0}, {1, -1, 0}, {0, 0, 0}}};
+  const std::vector<std::vector<Vec3>> flat{{{0, 0, 0}},
+                                            {{0, 0, -1}, {0, 0, 1}, {0, 0, 0.5}},
+                                            {{1, 1, 0}, {-1, 1, 0}, {-1, -1, 0}, {1, -1, 0}, {0, 0, 0}}};
   const std::size_t kept[] = {1, 2, 4};
   for (int i = 0; i < 3; ++i) {
     Body::Definition d = brick();

@@ -39,7 +39,9 @@ double second_moment(const MassProperties& m, const Vec3& e) {
   return e.dot(spread * e) + m.mass_kg * std::pow(e.dot(m.centre_of_mass_m), 2);
 }
 
-double relative(const Mat3& a, const Mat3& b) { return (a - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff(); }
+double relative(const Mat3& a, const Mat3& b) {
+  return (a - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff();
+}
 
 TEST(ConvexHull, RefusesNoPointsAndNonFinite) {
   EXPECT_THROW(convex_hull({}), ArgumentError);
@@ -153,7 +155,8 @@ TEST(MassProperties, CornerTetrahedronAndInsideOut) {
   const MassProperties m = mass_properties(corners, faces, 6.0);
   const double mass = a * b * c;
   Mat3 expected;
-  expected << 3 * (b * b + c * c), a * b, a * c, a * b, 3 * (a * a + c * c), b * c, a * c, b * c, 3 * (a * a + b * b);
+  expected << 3 * (b * b + c * c), a * b, a * c, a * b, 3 * (a * a + c * c), b * c, a * c, b * c,
+      3 * (a * a + b * b);
   EXPECT_NEAR(m.mass_kg, mass, 1e-14 * mass);
   EXPECT_LT((m.centre_of_mass_m - Vec3(a, b, c) / 4.0).norm(), 1e-14);
   EXPECT_LT(relative(m.inertia_kg_m2, mass / 80.0 * expected), 1e-14);
@@ -204,7 +207,8 @@ TEST(RoundedHull, MomentsLieBetweenPolyhedralBounds) {
       for (const double side : {-1.0, 1.0}) {
         const Vec3 on_face(double(i) / n, double(j) / n, side);
         for (int axis = 0; axis < 3; ++axis)
-          directions.push_back(Vec3(on_face[axis], on_face[(axis + 1) % 3], on_face[(axis + 2) % 3]).normalized());
+          directions.push_back(
+              Vec3(on_face[axis], on_face[(axis + 1) % 3], on_face[(axis + 2) % 3]).normalized());
       }
   const double delta = std::atan(std::sqrt(0.5) / n);  // half a cell's diagonal, at the middle of a face
   RandomStream random(11, 0);
