@@ -24,29 +24,35 @@ class ContactMeter {
       : track_(track),
         gravity_(gravity_m_s2),
         retime_at_(retime_at),
+        impact_at_(track.size(), 0),
         low_(track.size()),
         high_(track.size()) {
     // The samples around each that no impact separates from it.
     const int n = track.size();
-    std::vector<char> impact_at(n, 0);
     for (const Impact& impact : impacts.list)
-      if (impact.at_sample) impact_at[impact.sample] = 1;
+      if (impact.at_sample) impact_at_[impact.sample] = 1;
     for (int i = 0; i < n; ++i)
-      low_[i] = i == 0 || impacts.kinked[i - 1] ? i : (impact_at[i - 1] ? i - 1 : low_[i - 1]);
+      low_[i] = i == 0 || impacts.kinked[i - 1] ? i : (impact_at_[i - 1] ? i - 1 : low_[i - 1]);
     for (int i = n - 1; i >= 0; --i)
-      high_[i] = i == n - 1 || impacts.kinked[i] ? i : (impact_at[i + 1] ? i + 1 : high_[i + 1]);
+      high_[i] = i == n - 1 || impacts.kinked[i] ? i : (impact_at_[i + 1] ? i + 1 : high_[i + 1]);
   }
 
-  // Nothing within half a millisecond of impacts.
+  // Nothing at impacts, nor where they leave less than a millisecond.
   std::optional<ContactEnergy> at(int i) const {
+    if (impact_at_[i]) return std::nullopt;
     int from = i, to = i;
     while (from > low_[i] && track_.time(i) - track_.time(from - 1) <= kWindow) --from;
     while (to < high_[i] && track_.time(to + 1) - track_.time(i) <= kWindow) ++to;
     const double length = track_.time(to) - track_.time(from);
     if (length < kShortestWindow || from == i || to == i) return std::nullopt;
+    // Height and velocity are both means over the window, which need not be centred.
     Vec3 spin = Vec3::Zero();
-    for (int j = from; j < to; ++j)
-      spin += track_.step(j) / length * track_.angular_velocity(track_.orientation(j), track_.momentum(j));
+    double height = 0.0;
+    for (int j = from; j < to; ++j) {
+      const double share = track_.step(j) / length;
+      spin += share * track_.angular_velocity(track_.orientation(j), track_.momentum(j));
+      height += 0.5 * share * (track_.position(j).z() + track_.position(j + 1).z());
+    }
     const Vec3 velocity = (track_.position(to) - track_.position(from)) / length;
     const Body& body = track_.body();
     const Vec3 body_spin = track_.orientation(i).conjugate() * spin;
@@ -54,15 +60,16 @@ class ContactMeter {
     const double mass = body.mass_kg();
     const double kinetic = 0.5 * retime * retime *
                            (mass * velocity.squaredNorm() + body_spin.dot(body.inertia_kg_m2() * body_spin));
-    return ContactEnergy{kinetic + mass * gravity_ * track_.position(i).z(),
-                         kContactShare * kinetic + 0.5 * mass * kContactSpeed * kContactSpeed +
-                             mass * gravity_ * kContactHeight};
+    return ContactEnergy{kinetic + mass * gravity_ * height, kContactShare * kinetic +
+                                                                 0.5 * mass * kContactSpeed * kContactSpeed +
+                                                                 mass * gravity_ * kContactHeight};
   }
 
  private:
   const Track& track_;
   double gravity_;
   const RetimeAt& retime_at_;
+  std::vector<char> impact_at_;
   std::vector<int> low_, high_;
 };
 

@@ -17,23 +17,26 @@ double retime_of_hit(double time_s, const MarkSet& marks, const Claims& claims, 
   return 1.0;
 }
 
-// Starts of the events that hits chain into; `event` receives the event of each hit taken, -1 for the others.
-template <class Take>
-std::vector<DetectedEvent> chain(const std::vector<DetectedHit>& hits, double gap_s, const Take& take,
-                                 std::vector<int>* event) {
+struct Reading {
   std::vector<DetectedEvent> events;
-  event->assign(hits.size(), -1);
+  std::vector<int> event_of;  // per hit; -1 where it is read as silent
+};
+
+Reading read_hits(const std::vector<DetectedHit>& hits, bool only_certain, double gap_s) {
+  Reading reading;
+  reading.event_of.assign(hits.size(), -1);
   double previous = 0.0;
   for (std::size_t i = 0; i < hits.size(); ++i) {
-    if (!take(hits[i])) continue;
-    if (events.empty() || hits[i].time_s - previous >= gap_s) events.push_back({hits[i].time_s, 0.0, 0});
-    DetectedEvent& e = events.back();
+    if (only_certain && !hits[i].certain) continue;
+    if (reading.events.empty() || hits[i].time_s - previous >= gap_s)
+      reading.events.push_back({hits[i].time_s, 0.0, 0});
+    DetectedEvent& e = reading.events.back();
     e.duration_s = hits[i].time_s - e.time_s;
     ++e.hits;
     previous = hits[i].time_s;
-    (*event)[i] = static_cast<int>(events.size()) - 1;
+    reading.event_of[i] = static_cast<int>(reading.events.size()) - 1;
   }
-  return events;
+  return reading;
 }
 
 bool in_marked_span(double time_s, const MarkSet& marks, double tolerance_s) {
@@ -58,15 +61,18 @@ void match_events(const Impacts& impacts, const MarkSet& marks, const Claims& cl
     const bool certain = speed > options.audible_speed_m_s * (1.0 + options.speed_margin);
     c.hits.push_back({impact.time_s, impact.speed_m_s, impact.position_m, certain, 0});
   }
-  std::vector<int> wide, narrow;
-  c.events = chain(c.hits, options.merge_gap_s + kGapMargin, [](const DetectedHit&) { return true; }, &wide);
-  const auto certain_events = chain(
-      c.hits, options.merge_gap_s - kGapMargin, [](const DetectedHit& h) { return h.certain; }, &narrow);
-  for (std::size_t i = 0; i < c.hits.size(); ++i) c.hits[i].event = wide[i];
+  // The first is the one reported: every hit, chained by the widest gap. The last
+  // has every start that certain hits can make.
+  std::vector<Reading> readings;
+  for (const bool only_certain : {false, true})
+    for (const double margin : {kGapMargin, -kGapMargin})
+      readings.push_back(read_hits(c.hits, only_certain, options.merge_gap_s + margin));
+  c.events = readings.front().events;
+  for (std::size_t i = 0; i < c.hits.size(); ++i) c.hits[i].event = readings.front().event_of[i];
 
   std::vector<double> starts;
-  for (const auto& e : certain_events) starts.push_back(e.time_s);
-  for (const auto& e : c.events) starts.push_back(e.time_s);
+  for (auto reading = readings.rbegin(); reading != readings.rend(); ++reading)
+    for (const DetectedEvent& e : reading->events) starts.push_back(e.time_s);
   std::vector<double> met;
   const auto& times = marks.times_s;
   for (std::size_t k = 0; k < times.size(); ++k) {
@@ -92,12 +98,16 @@ void match_events(const Impacts& impacts, const MarkSet& marks, const Claims& cl
     c.marks.push_back(check);
   }
 
-  const auto is_met = [&](double time_s) { return std::find(met.begin(), met.end(), time_s) != met.end(); };
   const double end = times.back() + (marks.durations_s.empty() ? 0.0 : marks.durations_s.back());
+  const Reading& certain = readings.back();
   for (std::size_t i = 0; i < c.hits.size(); ++i) {
-    if (narrow[i] < 0 || certain_events[narrow[i]].time_s != c.hits[i].time_s) continue;  // starts no event
     const double time = c.hits[i].time_s;
-    if (is_met(time) || is_met(c.events[wide[i]].time_s)) continue;
+    if (certain.event_of[i] < 0 || certain.events[certain.event_of[i]].time_s != time) continue;
+    const bool answers = std::any_of(readings.begin(), readings.end(), [&](const Reading& r) {
+      return r.event_of[i] >= 0 &&
+             std::find(met.begin(), met.end(), r.events[r.event_of[i]].time_s) != met.end();
+    });
+    if (answers) continue;
     if (in_marked_span(time, marks, options.time_tolerance_s)) continue;
     if (!marks.rest && time > end) continue;
     c.extra_events_s.push_back(time);
