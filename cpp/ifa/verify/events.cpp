@@ -22,12 +22,14 @@ struct Reading {
   std::vector<int> event_of;  // per hit; -1 where it is read as silent
 };
 
-Reading read_hits(const std::vector<DetectedHit>& hits, bool only_certain, double gap_s) {
+// `speeds` are those of the hits before retiming; only those above `audible` are read.
+Reading read_hits(const std::vector<DetectedHit>& hits, const std::vector<double>& speeds, double audible,
+                  double gap_s) {
   Reading reading;
   reading.event_of.assign(hits.size(), -1);
   double previous = 0.0;
   for (std::size_t i = 0; i < hits.size(); ++i) {
-    if (only_certain && !hits[i].certain) continue;
+    if (speeds[i] <= audible) continue;
     if (reading.events.empty() || hits[i].time_s - previous >= gap_s)
       reading.events.push_back({hits[i].time_s, 0.0, 0});
     DetectedEvent& e = reading.events.back();
@@ -54,19 +56,23 @@ bool in_marked_span(double time_s, const MarkSet& marks, double tolerance_s) {
 void match_events(const Impacts& impacts, const MarkSet& marks, const Claims& claims, const Options& options,
                   Certificate* certificate) {
   Certificate& c = *certificate;
+  const double loud = options.audible_speed_m_s * (1.0 + options.speed_margin);
+  std::vector<double> speeds, thresholds{options.audible_speed_m_s * (1.0 - options.speed_margin)};
   for (const Impact& impact : impacts.list) {
     const double speed =
         impact.speed_m_s * retime_of_hit(impact.time_s, marks, claims, options.time_tolerance_s);
-    if (speed <= options.audible_speed_m_s * (1.0 - options.speed_margin)) continue;
-    const bool certain = speed > options.audible_speed_m_s * (1.0 + options.speed_margin);
-    c.hits.push_back({impact.time_s, impact.speed_m_s, impact.position_m, certain, 0});
+    if (speed <= thresholds.front()) continue;
+    c.hits.push_back({impact.time_s, impact.speed_m_s, impact.position_m, speed > loud, 0});
+    speeds.push_back(speed);
+    if (speed <= loud) thresholds.push_back(speed);
   }
-  // The first is the one reported: every hit, chained by the widest gap. The last
-  // has every start that certain hits can make.
+  std::sort(thresholds.begin(), thresholds.end());
+  // The first is the one reported: every hit, chained by the widest gap. The last has every start that
+  // certain hits can make.
   std::vector<Reading> readings;
-  for (const bool only_certain : {false, true})
+  for (const double threshold : thresholds)
     for (const double margin : {kGapMargin, -kGapMargin})
-      readings.push_back(read_hits(c.hits, only_certain, options.merge_gap_s + margin));
+      readings.push_back(read_hits(c.hits, speeds, threshold, options.merge_gap_s + margin));
   c.events = readings.front().events;
   for (std::size_t i = 0; i < c.hits.size(); ++i) c.hits[i].event = readings.front().event_of[i];
 
