@@ -45,7 +45,7 @@ lint: deps  ## check style and types
 	@failed=0; \
 	.venv/bin/ruff check --quiet $(PY_SOURCES) || failed=1; \
 	.venv/bin/ruff format --quiet --check $(PY_SOURCES) || failed=1; \
-	.venv/bin/clang-format --dry-run -Werror $(CXX_SOURCES) || failed=1; \
+	.venv/bin/clang-format --dry-run -Werror --ferror-limit=1 $(CXX_SOURCES) || failed=1; \
 	.venv/bin/mypy || failed=1; \
 	exit $$failed
 
