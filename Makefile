@@ -10,7 +10,7 @@ PY_SOURCES := python addon tests examples benchmarks
 TEST_PARTS := lint test-cpp test-python test-blender
 
 help:  ## list the targets
-	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1|/' | column -t -s '|'
+	@awk -F ':|## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$NF }' $(MAKEFILE_LIST)
 
 deps:  ## install what is missing: system packages by apt, Python packages into .venv
 	@scripts/install.sh build
