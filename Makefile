@@ -12,7 +12,7 @@ TEST_PARTS := lint test-cpp test-python test-blender
 help:  ## list the targets
 	@awk -F ':|## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$NF }' $(MAKEFILE_LIST)
 
-deps:  ## install what is missing: system packages by apt, Python packages into .venv
+deps:  ## install what is missing, by apt and into .venv
 	@scripts/install.sh build
 
 # One CMake tree serves the Python module and the C++ tests. The module lands beside the Python
