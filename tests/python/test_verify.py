@@ -8,10 +8,9 @@ import json
 import math
 from types import SimpleNamespace
 
+import ifa
 import numpy as np
 import pytest
-
-import ifa
 
 G = 9.81
 RADIUS = 0.01
