@@ -1,13 +1,19 @@
 // Errors, progress, and the conversion of arrays.
 #include "bindings.hpp"
 
+#include <cstring>
+
 namespace ifa::bindings {
 namespace {
 
 [[noreturn]] void bad_shape(const Array& array, const std::string& field, const std::string& wanted) {
   std::string shape = "(";
-  for (py::ssize_t i = 0; i < array.ndim(); ++i) shape += (i ? ", " : "") + std::to_string(array.shape(i));
-  throw ArgumentError(field + ": needs shape " + wanted + ", got " + shape + ")");
+  for (py::ssize_t i = 0; i < array.ndim(); ++i) {
+    if (i > 0) shape += ", ";
+    shape += std::to_string(array.shape(i));
+  }
+  shape += ")";
+  throw ArgumentError(field + ": needs shape " + wanted + ", got " + shape);
 }
 
 PyObject* new_exception(py::module_& m, const char* name, py::tuple bases, const char* doc) {
@@ -84,16 +90,22 @@ void bind_base(py::module_& m) {
   static PyObject* cancelled = new_exception(m, "Cancelled", py::make_tuple(py::handle(error)),
                                              "The caller cancelled a long call.");
   py::register_exception_translator([](std::exception_ptr p) {
+    // File names need not be UTF-8; a message must be.
+    const auto raise = [](PyObject* type, const char* what) {
+      const py::object text = py::reinterpret_steal<py::object>(
+          PyUnicode_DecodeUTF8(what, static_cast<py::ssize_t>(std::strlen(what)), "replace"));
+      PyErr_SetObject(type, text.ptr());
+    };
     try {
       if (p) std::rethrow_exception(p);
     } catch (const ArgumentError& e) {
-      PyErr_SetString(value_error, e.what());
+      raise(value_error, e.what());
     } catch (const FileError& e) {
-      PyErr_SetString(file_error, e.what());
+      raise(file_error, e.what());
     } catch (const Cancelled& e) {
-      PyErr_SetString(cancelled, e.what());
+      raise(cancelled, e.what());
     } catch (const Error& e) {
-      PyErr_SetString(error, e.what());
+      raise(error, e.what());
     }
   });
 

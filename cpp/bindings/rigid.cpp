@@ -1,5 +1,7 @@
 // Bodies, convex hulls and mass properties.
 #include "bindings.hpp"
+#include "ifa/rigid/event_engine.hpp"
+#include "states.hpp"
 
 #include "ifa/rigid/body.hpp"
 #include "ifa/rigid/hull.hpp"
@@ -107,8 +109,104 @@ void bind_body(py::module_& m) {
       "3)).");
 }
 
+State to_state(const Array& position_m, const Array& quaternion_wxyz, const Array& velocity_m_s,
+               const Array& angular_velocity_rad_s) {
+  State s;
+  s.position = to_vec3(position_m, "position_m");
+  if (quaternion_wxyz.ndim() != 1 || quaternion_wxyz.size() != 4)
+    throw ArgumentError("quaternion_wxyz: needs shape (4,)");
+  const double* q = quaternion_wxyz.data();
+  s.orientation = Quat(q[0], q[1], q[2], q[3]);
+  s.velocity = to_vec3(velocity_m_s, "velocity_m_s");
+  s.angular_velocity = to_vec3(angular_velocity_rad_s, "angular_velocity_rad_s");
+  return s;
+}
+
+const char* status_name(RunStatus status) {
+  switch (status) {
+    case RunStatus::rest: return "rest";
+    case RunStatus::time_limit: return "time_limit";
+    default: return "impact_limit";
+  }
+}
+
+void bind_simulation(py::module_& m) {
+  m.def(
+      "fly",
+      [](const Body& body, const Array& position_m, const Array& quaternion_wxyz, const Array& velocity_m_s,
+         const Array& angular_velocity_rad_s, const Array& times_s, const Array& gravity_m_s2) {
+        const State state = to_state(position_m, quaternion_wxyz, velocity_m_s, angular_velocity_rad_s);
+        const std::vector<double> times = to_vector(times_s, "times_s");
+        const Vec3 gravity = to_vec3(gravity_m_s2, "gravity_m_s2");
+        std::vector<State> states;
+        {
+          const py::gil_scoped_release release;
+          Flight flight(body);
+          flight.start(to_principal(body, state), gravity);
+          for (const double t : times) states.push_back(to_body(body, flight.at(t)));
+        }
+        return from_states(states);
+      },
+      py::arg("body"), py::arg("position_m"), py::arg("quaternion_wxyz"), py::arg("velocity_m_s"),
+      py::arg("angular_velocity_rad_s"), py::arg("times_s"), py::arg("gravity_m_s2"));
+  m.def(
+      "simulate",
+      [](const Body& body, const Array& position_m, const Array& quaternion_wxyz, const Array& velocity_m_s,
+         const Array& angular_velocity_rad_s, double step_s, double until_s, const Array& gravity_m_s2,
+         const std::shared_ptr<Progress>& progress) {
+        const State state =
+            to_principal(body, to_state(position_m, quaternion_wxyz, velocity_m_s, angular_velocity_rad_s));
+        SimulationOptions options;
+        options.step_s = step_s;
+        options.gravity_m_s2 = to_vec3(gravity_m_s2, "gravity_m_s2");
+        const Run run = run_interruptible<Run>(
+            progress, [&](Progress* p) { return simulate(body, state, options, until_s, p); });
+        std::vector<double> times;
+        std::vector<State> states;
+        for (const Node& node : run.nodes) {
+          times.push_back(node.time_s);
+          states.push_back(to_body(body, node.state));
+        }
+        return py::make_tuple(status_name(run.status), run.rest_s, from_vector(times), from_states(states),
+                              from_hits(run.hits));
+      },
+      py::arg("body"), py::arg("position_m"), py::arg("quaternion_wxyz"), py::arg("velocity_m_s"),
+      py::arg("angular_velocity_rad_s"), py::arg("step_s"), py::arg("until_s"), py::arg("gravity_m_s2"),
+      py::arg("progress"));
+}
+
 }  // namespace
 
-void bind_rigid(py::module_& m) { bind_body(m); }
+py::tuple from_states(const std::vector<State>& states) {
+  std::vector<Vec3> positions, velocities, spins;
+  std::vector<Quat> orientations;
+  for (const State& s : states) {
+    positions.push_back(s.position);
+    orientations.push_back(s.orientation);
+    velocities.push_back(s.velocity);
+    spins.push_back(s.angular_velocity);
+  }
+  for (std::size_t i = 1; i < orientations.size(); ++i)  // q and -q are one rotation; keep w continuous
+    if (orientations[i].dot(orientations[i - 1]) < 0.0) orientations[i].coeffs() *= -1.0;
+  return py::make_tuple(from_points(positions), from_quaternions(orientations), from_points(velocities),
+                        from_points(spins));
+}
+
+py::tuple from_hits(const std::vector<Hit>& hits) {
+  std::vector<double> times, speeds;
+  std::vector<Vec3> impulses, positions;
+  for (const Hit& h : hits) {
+    times.push_back(h.time_s);
+    impulses.push_back(h.impulse_n_s);
+    speeds.push_back(h.approach_speed_m_s);
+    positions.push_back(h.position_m);
+  }
+  return py::make_tuple(from_vector(times), from_points(impulses), from_vector(speeds), from_points(positions));
+}
+
+void bind_rigid(py::module_& m) {
+  bind_body(m);
+  bind_simulation(m);
+}
 
 }  // namespace ifa::bindings

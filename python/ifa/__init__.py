@@ -20,6 +20,7 @@ from ifa._core import (
     IfaError,
     IfaFileError,
     IfaValueError,
+    NoMotionError,
     Progress,
     __version__,
 )
@@ -39,6 +40,7 @@ __all__ = [
     "IfaValueError",
     "MeshWarning",
     "Motion",
+    "NoMotionError",
     "Progress",
     "Run",
     "Signature",

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ifa._core import IfaFileError
+from ifa.text_files import write_text
 
 
 def read_fields(path: str | os.PathLike[str]) -> Any:
@@ -25,12 +26,8 @@ def read_fields(path: str | os.PathLike[str]) -> Any:
 
 
 def write_fields(path: str | os.PathLike[str], fields: dict[str, Any]) -> None:
-    """Write the fields as JSON. Raises IfaFileError where that fails."""
-    text = json.dumps(fields, indent=1, allow_nan=False) + "\n"
-    try:
-        Path(path).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise IfaFileError(f"{path}: cannot be written: {error.strerror or error}") from None
+    """Write the fields as JSON, whole or not at all. Raises IfaFileError where that fails."""
+    write_text(path, json.dumps(fields, indent=1, allow_nan=False) + "\n")
 
 
 def _refuse_constant(word: str) -> None:

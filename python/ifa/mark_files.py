@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import secrets
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,21 +34,6 @@ def read_marks(name: str, merge_gap_s: float) -> MarkFile:
         )
     data = _read_bytes(name)
     return readers[kind](data, name, merge_gap_s)
-
-
-def write_text(name: str, text: str) -> None:
-    """Write a text file, whole or not at all."""
-    temporary = f"{name}.part-{secrets.token_hex(8)}"
-    try:
-        try:
-            with open(temporary, "x", encoding="utf-8") as file:
-                file.write(text)
-            os.replace(temporary, name)
-        finally:
-            if os.path.exists(temporary):
-                os.unlink(temporary)
-    except OSError as error:
-        raise IfaFileError(f"{name}: cannot be written: {error.strerror}") from error
 
 
 def fields_of(marks: Any) -> dict[str, Any]:

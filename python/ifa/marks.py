@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from ifa import _core
 from ifa._core import IfaValueError
 from ifa.arguments import array, number
-from ifa.mark_files import fields_of, read_marks, write_text
+from ifa.mark_files import fields_of, read_marks
 from ifa.sound import FilePath, file_name
+from ifa.text_files import write_text
 
 Ending = Literal["rest", "open"]
 

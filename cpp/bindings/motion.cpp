@@ -1,0 +1,34 @@
+// Motions.
+#include "ifa/motion/motion.hpp"
+
+#include <cmath>
+
+#include "bindings.hpp"
+#include "states.hpp"
+
+namespace ifa::bindings {
+
+void bind_motion(py::module_& m) {
+  py::class_<Motion, std::shared_ptr<Motion>>(m, "Motion", "A motion of the core; ifa.Motion wraps it.")
+      .def_property_readonly("start_s", &Motion::start_s)
+      .def_property_readonly("end_s", &Motion::end_s)
+      .def("hits", [](const Motion& motion) { return from_hits(motion.hits()); })
+      .def("dense_times", [](const Motion& motion) { return from_vector(motion.dense_times()); })
+      .def(
+          "sample",
+          [](const Motion& motion, const Array& times_s, bool after) {
+            const std::vector<double> times = to_vector(times_s, "times_s");
+            for (const double t : times)
+              if (!std::isfinite(t)) throw ArgumentError("times_s: must be finite");
+            std::vector<State> states;
+            {
+              py::gil_scoped_release release;
+              states = motion.sample(times, after ? Side::after : Side::before);
+            }
+            return from_states(states);
+          },
+          py::arg("times_s"), py::arg("after") = true,
+          "positions (n, 3), quaternions wxyz (n, 4), velocities (n, 3), angular velocities (n, 3).");
+}
+
+}  // namespace ifa::bindings

@@ -1,0 +1,15 @@
+// Conversion of states and hits, shared by the bindings of rigid, motion and forward.
+#pragma once
+
+#include "bindings.hpp"
+#include "ifa/rigid/run.hpp"
+
+namespace ifa::bindings {
+
+// (positions (n, 3), quaternions wxyz (n, 4), velocities (n, 3), angular velocities (n, 3))
+py::tuple from_states(const std::vector<State>& states);
+
+// (times (n,), impulses (n, 3), approach speeds (n,), positions (n, 3))
+py::tuple from_hits(const std::vector<Hit>& hits);
+
+}  // namespace ifa::bindings

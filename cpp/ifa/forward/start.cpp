@@ -1,0 +1,58 @@
+#include "ifa/forward/start.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace ifa {
+
+StartOptions start_options(const Body& body, const Marks& marks, double gravity_m_s2) {
+  StartOptions options{0.5, 4.0, 0.03};
+  double longest = 0.0;
+  for (std::size_t k = 1; k < marks.size(); ++k)
+    longest = std::max(longest, marks.times_s[k] - marks.times_s[k - 1]);
+  // A gap T of free flight leaves the ground at g T / 2, after an impact 1 / e times as fast.
+  const double bounce = std::max(body.material().restitution, 0.2);
+  options.most_speed_m_s = std::max(4.0, 0.75 * gravity_m_s2 * longest / bounce);
+  return options;
+}
+
+double clear_before(const Body& body, const State& first, const Vec3& gravity_m_s2, double limit_s) {
+  State reversed = first;
+  reversed.velocity = -first.velocity;
+  reversed.angular_velocity = -first.angular_velocity;
+  Flight flight(body);
+  flight.start(reversed, gravity_m_s2);
+  return std::min(flight.next_contact(limit_s), limit_s);
+}
+
+std::optional<State> sample_start(const Body& body, const SearchPhysics& physics, const StartOptions& options,
+                                  RandomStream& random) {
+  State s;
+  s.orientation = random.rotation();
+  const Vec3 up = s.orientation.conjugate() * kUp;
+  double lowest = kNever;
+  for (const Vec3& p : body.principal_vertices()) lowest = std::min(lowest, up.dot(p));
+  s.position.z() = body.radius_m() - lowest;
+
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  const bool thrown = random.uniform() < 0.5;
+  const double cone = (thrown ? 80.0 : 30.0) * kDegree;
+  // cosine-weighted within the cone: sin^2 of the angle is uniform
+  const double sine = std::sin(cone) * std::sqrt(random.uniform());
+  const double azimuth = 2.0 * std::numbers::pi * random.uniform();
+  const double speed = random.uniform(options.least_speed_m_s, options.most_speed_m_s);
+  s.velocity = speed * Vec3(sine * std::cos(azimuth), sine * std::sin(azimuth), -std::sqrt(1.0 - sine * sine));
+  const double most_spin = thrown ? std::max(20.0, speed / body.bounding_radius_m()) : 20.0;
+  Vec3 axis = random.unit_vector();
+  if (thrown) axis = (kUp.cross(s.velocity).normalized() + 0.5 * axis).normalized();  // mostly rolling forwards
+  s.angular_velocity = axis * random.uniform(0.0, most_spin);
+
+  EventSimulation at(body, physics.simulation);
+  at.start(s, 0.0);
+  if (at.approach_speed() < physics.hearing.audible_speed_m_s * (1.0 + physics.margin)) return std::nullopt;
+  if (clear_before(body, s, physics.simulation.gravity_m_s2, options.clear_s) < options.clear_s) return std::nullopt;
+  return s;
+}
+
+}  // namespace ifa

@@ -1,0 +1,94 @@
+#include "ifa/forward/transition.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ifa {
+namespace {
+
+constexpr int kMostImpacts = 60;  // in one passage
+
+}  // namespace
+
+Onset Runner::strike(const State& before) {
+  Onset onset;
+  onset.before = before;
+  simulation_.start(before, 0.0);
+  onset.hit = simulation_.resolve();
+  onset.after = simulation_.state();
+  return onset;
+}
+
+bool Runner::settle(State& state) {
+  const double touch = 1e-8 * body_.bounding_radius_m();
+  points_.clear();
+  double separation = kNever;
+  const Vec3 up = state.orientation.conjugate() * kUp;
+  for (const Vec3& vertex : body_.principal_vertices()) {
+    if (state.position.z() - body_.radius_m() + up.dot(vertex) > touch) continue;
+    ContactPoint p;
+    p.arm = state.orientation * vertex - body_.radius_m() * kUp;
+    separation = std::min(separation, (state.velocity + state.angular_velocity.cross(p.arm)).z());
+    points_.push_back(p);
+  }
+  if (separation >= -1e-9) return false;
+  resolve_impact(body_, kNever, solver_, points_, state);
+  return true;
+}
+
+Passage Runner::pass(const Onset& onset, const State& after, double span_s, double limit_s, Record* record) {
+  const HearingOptions& hearing = physics_.hearing;
+  EventBuilder event(hearing, span_s);
+  Hit first = onset.hit;
+  first.time_s = 0.0;
+  event.begin(first);
+
+  loads_.clear();
+  simulation_.start(after, 0.0, record ? &record->nodes : nullptr, span_s > 0.0 ? &loads_ : nullptr);
+  Passage passage;
+  bool dubious = false;
+  for (int impacts = 0;; ++impacts) {
+    const auto stop = simulation_.advance(limit_s);
+    for (const Load& load : loads_) event.add(load);
+    loads_.clear();
+    passage.interval_s = simulation_.time_s();
+    if (stop == EventSimulation::Stop::rest) {
+      passage.next = Next::rest;
+      passage.rest_s = simulation_.rest_s();
+      break;
+    }
+    if (stop == EventSimulation::Stop::time_limit) {
+      passage.next = Next::late;
+      break;
+    }
+    if (impacts >= kMostImpacts) {  // chatter: no viewer could follow it, and each costs time
+      dubious = true;
+      passage.next = Next::hit;
+      break;
+    }
+    const double speed = simulation_.approach_speed();
+    dubious |= std::abs(speed / hearing.audible_speed_m_s - 1.0) < physics_.margin;
+    if (speed >= hearing.audible_speed_m_s) {
+      const double gap = simulation_.time_s() - event.last_s();
+      if (!event.chains(simulation_.time_s())) {
+        dubious |= gap < hearing.merge_gap_s * (1.0 + physics_.margin);
+        passage.next = Next::hit;
+        passage.before = simulation_.state();
+        break;
+      }
+      dubious |= gap > hearing.merge_gap_s * (1.0 - physics_.margin) && span_s == 0.0;
+      const Hit hit = simulation_.resolve();
+      event.add(hit);
+      if (record) record->hits.push_back(hit);
+    } else {
+      const Hit hit = simulation_.resolve();
+      if (record) record->hits.push_back(hit);
+    }
+  }
+  simulated_s_ += passage.interval_s;
+  passage.event = event.event();
+  if (dubious && passage.next != Next::late) passage.next = Next::dubious;
+  return passage;
+}
+
+}  // namespace ifa

@@ -1,0 +1,266 @@
+"""Solving: from a body and marks to a motion whose contacts land on the marks."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ifa import _core, arguments
+from ifa._core import IfaValueError
+from ifa.body import Body
+from ifa.marks import Signature
+from ifa.sound import FilePath
+from ifa.text_files import write_text
+
+
+class Motion:
+    """A rigid-body motion over the sound's time: exact between contacts, sampled at any time.
+
+    Before `start_s` and after `end_s` the body is held still.
+    """
+
+    def __init__(self, core: _core.Motion) -> None:
+        """Wrap a motion of the core; motions come from `ifa.solve`."""
+        self._core = core
+
+    @property
+    def start_s(self) -> float:
+        """Where the motion begins, s; negative where the first mark needs a run-up before the sound."""
+        return self._core.start_s
+
+    @property
+    def end_s(self) -> float:
+        """Where the motion ends, s."""
+        return self._core.end_s
+
+    @cached_property
+    def contact_times_s(self) -> np.ndarray:
+        """(n,) the instants of all impacts, audible or not."""
+        return self._core.hits()[0]
+
+    @cached_property
+    def hits(self) -> dict[str, np.ndarray]:
+        """Impacts: time_s (n,), impulse_n_s (n, 3), approach_speed_m_s (n,), position_m (n, 3)."""
+        names = ("time_s", "impulse_n_s", "approach_speed_m_s", "position_m")
+        return dict(zip(names, self._core.hits(), strict=True))
+
+    def sample(self, times_s: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Poses at times_s (n,): positions (n, 3) of the centre of mass, m, quaternions (n, 4), wxyz.
+
+        The sign of each quaternion follows its predecessor's. Raises IfaValueError for times that are
+        not finite.
+        """
+        positions, quaternions, _, _ = self._core.sample(_times(times_s))
+        return positions, quaternions
+
+    def sample_velocity(self, times_s: ArrayLike, side: str = "right") -> tuple[np.ndarray, np.ndarray]:
+        """Velocities (n, 3), m/s, and angular velocities (n, 3), rad/s, world axes, as seen.
+
+        At an impact they jump: side="left" is just before it, "right" just after.
+        """
+        if side not in ("left", "right"):
+            raise IfaValueError(f'side: must be "left" or "right", got {side!r}')
+        _, _, velocities, spins = self._core.sample(_times(times_s), after=side == "right")
+        return velocities, spins
+
+    @cached_property
+    def times_s(self) -> np.ndarray:
+        """(n,) at 1 kHz or denser, with every impact instant: what OUT.json holds."""
+        return self._core.dense_times()
+
+    @cached_property
+    def _dense(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.sample(self.times_s)
+
+    @property
+    def positions_m(self) -> np.ndarray:
+        """(n, 3) positions of the centre of mass at `times_s`."""
+        return self._dense[0]
+
+    @property
+    def quaternions_wxyz(self) -> np.ndarray:
+        """(n, 4) orientations at `times_s`, from body to world axes."""
+        return self._dense[1]
+
+
+@dataclass(frozen=True)
+class Event:
+    """How one mark was met.
+
+    target_s, achieved_s: the mark and the motion's hit. error_s: of the interval that leads here as
+    simulated, before retiming. error_retimed_s: achieved_s - target_s. retime: that interval in the
+    motion over simulated. excess: |C v_eval|^2 of the change made to the impact that leads here (1 is the
+    edge of plausibility); the last event's also covers the change that brings the body to rest. factors:
+    velocity, orientation, time, amplitude, length and centroid, each in [0, 1] (paper eqs. 3 to 8).
+    """
+
+    target_s: float
+    achieved_s: float
+    error_s: float
+    error_retimed_s: float
+    retime: float
+    excess: float
+    factors: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A motion and how good it is; CONVENTIONS.md defines every figure."""
+
+    motion: Motion
+    body: Body  # with the material the motion was made with
+    marks: Signature
+    score: float
+    score_without_sound: float
+    succeeded: bool
+    plausible: bool
+    events: list[Event]
+    max_abs_error_s: float
+    missed_hits: int
+    extra_hits: int
+    max_penetration_m: float
+    max_energy_gain_j: float
+    solve_s: float
+    simulated_s: float
+    effects: dict[str, bool]
+    restitution: float
+    friction: float
+    seed: int
+    rung: int
+    energy_gain_j: float = 0.0
+    method: str = "forward"
+
+    def to_dict(self) -> dict[str, Any]:
+        """What `ifa solve --json` prints: every figure, JSON-ready, without the motion."""
+        fields = (
+            "score score_without_sound succeeded plausible method events max_abs_error_s missed_hits "
+            "extra_hits max_penetration_m max_energy_gain_j energy_gain_j solve_s simulated_s effects "
+            "restitution friction seed rung"
+        ).split()
+        out = {field: getattr(self, field) for field in fields}
+        out["events"] = [vars(event) for event in self.events]
+        out["version"] = _core.__version__
+        return out
+
+    def write(self, path: FilePath) -> None:
+        """Write OUT.json: `to_dict`, the body, the marks, the hits and the poses at 1 kHz or denser.
+
+        Raises IfaFileError; nothing half-written is left.
+        """
+        if Path(path).suffix.lower() != ".json":
+            raise IfaValueError(f"{path}: this version writes .json")
+        motion = self.motion
+        out = self.to_dict()
+        out["body"] = self.body.to_dict()
+        out["marks"] = self.marks.to_dict()
+        out["hits"] = {name: values.tolist() for name, values in motion.hits.items()}
+        out["times_s"] = motion.times_s.tolist()
+        out["positions_m"] = motion.positions_m.tolist()
+        out["quaternions_wxyz"] = motion.quaternions_wxyz.tolist()
+        write_text(path, json.dumps(out, allow_nan=False) + "\n")
+
+
+def solve(
+    body: Body,
+    marks: Signature,
+    *,
+    method: str = "forward",
+    events: str = "audible",
+    seed: int = 0,
+    time_budget_s: float = 10.0,
+    threads: int | None = None,
+    material: str = "given",
+    energy_gain_j: float = 0.0,
+    takes: int = 1,
+    constraints: Sequence[Any] = (),
+    progress: _core.Progress | None = None,
+    rung: int | None = None,
+) -> Solution:
+    """Find a motion of `body` whose audible hits land on `marks`.
+
+    material: "given" keeps the body's restitution and friction, "fit" chooses the restitution.
+    energy_gain_j: how much a contact may add to the energy. time_budget_s: the search climbs a ladder of
+    rungs until a motion is plausible; once the budget is over, no further rung is begun. rung: run just
+    this one, so that the result depends on no clock. threads: None is one for each core; the result does
+    not depend on it. progress: read its `fraction` and call its `cancel()` from another thread.
+
+    Raises IfaValueError naming the argument or the mark, NoMotionError where no motion reaches the marks,
+    Cancelled. A motion that reaches them is returned even if it is not `succeeded`. Method: a beam search
+    forwards from event to event; each impact is changed within the plausibility region of the paper
+    (section 5.4) so that the next audible hit comes in time.
+    """
+    if not isinstance(body, Body):
+        raise IfaValueError("body: needs an ifa.Body")
+    if not isinstance(marks, Signature):
+        raise IfaValueError("marks: needs an ifa.Signature")
+    _only(method, "method", "forward")
+    _only(events, "events", "audible")
+    if material not in ("given", "fit"):
+        raise IfaValueError(f'material: must be "given" or "fit", got {material!r}')
+    if takes != 1:
+        raise IfaValueError(f"takes: this version finds 1, got {takes!r}")
+    if len(constraints):
+        raise IfaValueError("constraints: this version knows none")
+    gain = arguments.number(energy_gain_j, "energy_gain_j")
+    if not 0.0 <= gain < np.inf:
+        raise IfaValueError(f"energy_gain_j: must be finite and 0 or more, got {gain:g}")
+    began = time.perf_counter()
+    found = _core.solve_forward(
+        body._core,
+        marks._marks,
+        seed=_whole(seed, "seed", 2**64 - 1),
+        time_budget_s=arguments.positive(time_budget_s, "time_budget_s"),
+        threads=0 if threads is None else max(1, _whole(threads, "threads", 4096)),
+        fit_material=material == "fit",
+        energy_gain_j=gain,
+        rung=-1 if rung is None else _whole(rung, "rung", _core.RUNGS - 1),
+        progress=progress,
+    )
+    motion = Motion(found.pop("motion"))
+    return Solution(
+        motion=motion,
+        body=body.replace(restitution=found["restitution"], friction=found["friction"]),
+        marks=marks,
+        events=[Event(**event) for event in found.pop("events")],
+        solve_s=time.perf_counter() - began,
+        effects=_effects(body, marks, material),
+        seed=int(seed),
+        energy_gain_j=gain,
+        **found,
+    )
+
+
+def _effects(body: Body, marks: Signature, material: str) -> dict[str, bool]:
+    """Which effects the solve took into account."""
+    inertia = np.linalg.eigvalsh(body.inertia_kg_m2)
+    return {
+        "amplitude_matching": marks.amplitudes is not None,
+        "length_matching": bool((np.asarray(marks.durations_s) > 0.0).any()),
+        "settling_to_rest": marks.ending == "rest",
+        "spin_coupling": bool(inertia[2] - inertia[0] > 1e-12 * inertia[2]),
+        "friction": body.friction > 0.0,
+        "material_fit": material == "fit",
+    }
+
+
+def _times(times_s: ArrayLike) -> np.ndarray:
+    return arguments.array(times_s, "times_s", (None,))
+
+
+def _only(value: str, field: str, wanted: str) -> None:
+    if value != wanted:
+        raise IfaValueError(f'{field}: this version has "{wanted}", got {value!r}')
+
+
+def _whole(value: Any, field: str, largest: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 <= value <= largest:
+        raise IfaValueError(f"{field}: must be a whole number from 0 to {largest}, got {value!r}")
+    return int(value)
