@@ -176,7 +176,8 @@ def verify(
         energy_gain_j: What a contact may add. Left out: the file's, or 0.
         audible_speed_m_s: Impacts slower than this are silent. Within 5 % of it an impact may count
             as either, whichever suits the marks. Compared before retiming.
-        merge_gap_s: Hits less than this after the previous one belong to its event.
+        merge_gap_s: Hits less than this after the previous one belong to its event, measured
+            before retiming or after, whichever suits the marks.
         gravity_m_s2: Downwards.
         rest_speed_m_s: At rest, no point of the hull is faster.
         rest_duration_s: How much standing still the motion must show where the marks end in rest.

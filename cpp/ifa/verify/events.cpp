@@ -9,8 +9,7 @@ namespace {
 constexpr double kWidestWindow = 0.050;  // s to either side of a mark
 constexpr double kGapMargin = 1e-4;      // s, of the merge gap
 
-// The ratio of the transition that a hit ends: hits on a mark belong to the one before it. The audible speed
-// is one of the simulated body, so retiming is undone before comparing.
+// The ratio of the transition that a hit ends: hits on a mark belong to the one before it.
 double retime_of_hit(double time_s, const MarkSet& marks, const Claims& claims, double tolerance_s) {
   for (std::size_t k = 0; k < marks.times_s.size(); ++k)
     if (time_s <= marks.times_s[k] + tolerance_s) return claims.retime.empty() ? 1.0 : claims.retime[k];
@@ -22,16 +21,25 @@ struct Reading {
   std::vector<int> event_of;  // per hit; -1 where it is read as silent
 };
 
-// `speeds` are those of the hits before retiming; only those above `audible` are read.
-Reading read_hits(const std::vector<DetectedHit>& hits, const std::vector<double>& speeds, double audible,
-                  double gap_s) {
+// A hit with what it was before retiming.
+struct Heard {
+  double speed_m_s, retime;
+};
+
+struct Rule {
+  double audible_speed_m_s;  // only hits above it are read
+  double gap_s;
+  bool before_retiming;  // whether the gap is
+};
+
+Reading read_hits(const std::vector<DetectedHit>& hits, const std::vector<Heard>& heard, const Rule& rule) {
   Reading reading;
   reading.event_of.assign(hits.size(), -1);
   double previous = 0.0;
   for (std::size_t i = 0; i < hits.size(); ++i) {
-    if (speeds[i] <= audible) continue;
-    if (reading.events.empty() || hits[i].time_s - previous >= gap_s)
-      reading.events.push_back({hits[i].time_s, 0.0, 0});
+    if (heard[i].speed_m_s <= rule.audible_speed_m_s) continue;
+    const double gap = (hits[i].time_s - previous) / (rule.before_retiming ? heard[i].retime : 1.0);
+    if (reading.events.empty() || gap >= rule.gap_s) reading.events.push_back({hits[i].time_s, 0.0, 0});
     DetectedEvent& e = reading.events.back();
     e.duration_s = hits[i].time_s - e.time_s;
     ++e.hits;
@@ -57,22 +65,26 @@ void match_events(const Impacts& impacts, const MarkSet& marks, const Claims& cl
                   Certificate* certificate) {
   Certificate& c = *certificate;
   const double loud = options.audible_speed_m_s * (1.0 + options.speed_margin);
-  std::vector<double> speeds, thresholds{options.audible_speed_m_s * (1.0 - options.speed_margin)};
+  std::vector<Heard> heard;
+  std::vector<double> thresholds{options.audible_speed_m_s * (1.0 - options.speed_margin)};
   for (const Impact& impact : impacts.list) {
-    const double speed =
-        impact.speed_m_s * retime_of_hit(impact.time_s, marks, claims, options.time_tolerance_s);
+    const double retime = retime_of_hit(impact.time_s, marks, claims, options.time_tolerance_s);
+    const double speed = impact.speed_m_s * retime;
     if (speed <= thresholds.front()) continue;
     c.hits.push_back({impact.time_s, impact.speed_m_s, impact.position_m, speed > loud, 0});
-    speeds.push_back(speed);
+    heard.push_back({speed, retime});
     if (speed <= loud) thresholds.push_back(speed);
   }
   std::sort(thresholds.begin(), thresholds.end());
-  // The first is the one reported: every hit, chained by the widest gap. The last has every start that
-  // certain hits can make.
-  std::vector<Reading> readings;
-  for (const double threshold : thresholds)
+  std::vector<Reading> readings;  // the first, of every hit and the widest gap, is reported
+  std::size_t strict = 0;         // from here on, those without any hit that may be silent
+  for (const double threshold : thresholds) {
+    strict = readings.size();
     for (const double margin : {kGapMargin, -kGapMargin})
-      readings.push_back(read_hits(c.hits, speeds, threshold, options.merge_gap_s + margin));
+      for (const bool before_retiming : {false, true})
+        readings.push_back(
+            read_hits(c.hits, heard, {threshold, options.merge_gap_s + margin, before_retiming}));
+  }
   c.events = readings.front().events;
   for (std::size_t i = 0; i < c.hits.size(); ++i) c.hits[i].event = readings.front().event_of[i];
 
@@ -105,10 +117,12 @@ void match_events(const Impacts& impacts, const MarkSet& marks, const Claims& cl
   }
 
   const double end = times.back() + (marks.durations_s.empty() ? 0.0 : marks.durations_s.back());
-  const Reading& certain = readings.back();
   for (std::size_t i = 0; i < c.hits.size(); ++i) {
     const double time = c.hits[i].time_s;
-    if (certain.event_of[i] < 0 || certain.events[certain.event_of[i]].time_s != time) continue;
+    const bool starts_one = std::any_of(readings.begin() + strict, readings.end(), [&](const Reading& r) {
+      return r.event_of[i] >= 0 && r.events[r.event_of[i]].time_s == time;
+    });
+    if (!starts_one) continue;
     const bool answers = std::any_of(readings.begin(), readings.end(), [&](const Reading& r) {
       return r.event_of[i] >= 0 &&
              std::find(met.begin(), met.end(), r.events[r.event_of[i]].time_s) != met.end();

@@ -200,6 +200,22 @@ TEST(CleanMotion, ChainedHitsAreOneEvent) {
   EXPECT_NEAR(c.events[0].duration_s, 0.008, 1e-12);
 }
 
+TEST(CleanMotion, MergeGapMayBeMeasuredBeforeRetiming) {
+  // Bounces of 8 and 12.8 ms, slowed by 1.3: the second hit, unmarked, is then 10.4 ms after the first. (That
+  // the bounces grow does not matter here.)
+  const Body body = ball();
+  const double first = 0.5 * kG * 0.008 / 1.6;
+  Motion motion = bouncing_ball(body, first * first / (2.0 * kG), 1.6, 3);
+  retime(&motion, {1.0, 1.3, 1.3});
+  ASSERT_NEAR(motion.impact_times_s[1] - motion.impact_times_s[0], 0.0104, 1e-9);
+  Options options;
+  options.audible_speed_m_s = 0.022;
+  MarkSet marks;
+  marks.times_s = {motion.impact_times_s[0], motion.impact_times_s[2]};
+  EXPECT_EQ(verify(motion.poses, body, marks, {{1.0, 1.3}, 0.0}, options).extra_hits, 0);
+  EXPECT_EQ(verify(motion.poses, body, marks, {}, options).extra_hits, 1);
+}
+
 TEST(Arguments, ThatMakeNoSenseAreNamed) {
   const Body body = ball();
   const Motion motion = bouncing_ball(body, 0.3, 0.6, 3);
