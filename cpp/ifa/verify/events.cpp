@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kWidestWindow = 0.050;  // s to either side of a mark
 constexpr double kGapMargin = 1e-4;      // s, of the merge gap
+constexpr std::size_t kMostThresholds = 32;
 
 // The ratio of the transition that a hit ends: hits on a mark belong to the one before it.
 double retime_of_hit(double time_s, const MarkSet& marks, const Claims& claims, double tolerance_s) {
@@ -76,6 +77,9 @@ void match_events(const Impacts& impacts, const MarkSet& marks, const Claims& cl
     if (speed <= loud) thresholds.push_back(speed);
   }
   std::sort(thresholds.begin(), thresholds.end());
+  while (thresholds.size() > kMostThresholds) {  // every other one, the ends kept
+    for (std::size_t k = 1; k + 1 < thresholds.size(); ++k) thresholds.erase(thresholds.begin() + k);
+  }
   std::vector<Reading> readings;  // the first, of every hit and the widest gap, is reported
   std::size_t strict = 0;         // from here on, those without any hit that may be silent
   for (const double threshold : thresholds) {
@@ -89,8 +93,10 @@ void match_events(const Impacts& impacts, const MarkSet& marks, const Claims& cl
   for (std::size_t i = 0; i < c.hits.size(); ++i) c.hits[i].event = readings.front().event_of[i];
 
   std::vector<double> starts;
-  for (auto reading = readings.rbegin(); reading != readings.rend(); ++reading)
-    for (const DetectedEvent& e : reading->events) starts.push_back(e.time_s);
+  for (const Reading& reading : readings)
+    for (const DetectedEvent& e : reading.events) starts.push_back(e.time_s);
+  std::sort(starts.begin(), starts.end());
+  starts.erase(std::unique(starts.begin(), starts.end()), starts.end());
   std::vector<double> met;
   const auto& times = marks.times_s;
   for (std::size_t k = 0; k < times.size(); ++k) {
