@@ -14,6 +14,7 @@ constexpr double kUnitTolerance = 1e-6;      // single precision
 constexpr double kGravityTolerance = 1e-3;   // relative; 1e-6 is a double-precision exporter's, 5e-3 visible
 constexpr double kMomentumTolerance = 1e-3;  // relative, likewise
 constexpr double kStepSlack = 1e-6;          // relative, of the largest step: rounding of times
+constexpr double kShortestStep = 1e-9;       // s: rounding of 1e-16 m is then 1e-7 m/s
 constexpr int kListed = 10;                  // failures of one kind that are spelled out
 
 void require(bool fine, const std::string& message) {
@@ -100,6 +101,18 @@ bool check_poses(const Poses& poses, Certificate* c) {
   return c->failures.size() == before;
 }
 
+// Unit quaternions, and of samples so near to each other that no velocity comes out, the first.
+Poses usable(const Poses& given) {
+  Poses poses;
+  for (std::size_t i = 0; i < given.times_s.size(); ++i) {
+    if (i > 0 && given.times_s[i] - poses.times_s.back() < kShortestStep) continue;
+    poses.times_s.push_back(given.times_s[i]);
+    poses.positions_m.push_back(given.positions_m[i]);
+    poses.orientations.push_back(given.orientations[i].normalized());
+  }
+  return poses;
+}
+
 void judge_marks(const MarkSet& marks, const Claims& claims, const Options& options, Certificate* c) {
   Failures failures(&c->failures);
   failures.begin_kind();
@@ -168,13 +181,16 @@ Certificate verify(const Poses& given, const Body& body, const MarkSet& marks, c
                    const Options& options) {
   check_arguments(given, marks, claims, options);
   Certificate c;
-  if (!check_poses(given, &c)) {
+  Poses poses;
+  if (check_poses(given, &c)) {
+    poses = usable(given);
+    if (poses.times_s.size() < 3) c.failures.push_back("the motion is too short to check");
+  }
+  if (!c.failures.empty()) {
     for (const double t : marks.times_s) c.marks.push_back({t, false, 0.0, 0.0});
     c.missed_hits = static_cast<int>(marks.times_s.size());
     return c;
   }
-  Poses poses = given;
-  for (Quat& q : poses.orientations) q.normalize();
   const Track track(poses, body, options.gravity_m_s2);
 
   Failures failures(&c.failures);
