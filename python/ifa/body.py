@@ -228,7 +228,7 @@ class Body:
             material: `restitution`, `friction` and so on, as in `from_vertices`.
 
         Raises:
-            IfaFileError: the file is missing, unreadable or malformed; the message names the line.
+            IfaFileError: the file is missing, unreadable or malformed.
         """
         if unit not in _UNITS_M:
             raise IfaValueError(f"unit: '{unit}' is none of {', '.join(_UNITS_M)}")

@@ -13,6 +13,8 @@ from ifa._core import IfaValueError
 _WELD = 1e-6
 # Gaps that total less than this share of the extent squared are closed: T-junctions of exporters.
 _GAP_AREA = 1e-6
+# Holes that total less than this share of the surface are closed too, and that is said.
+_HOLE_SHARE = 0.01
 _SMALLEST = 1e-15  # a piece of less than this share of the cubed extent encloses nothing
 _OVERLAP_SAMPLES = 128  # points of a piece tested for lying inside another
 
@@ -60,7 +62,7 @@ def enclosed_solid(
             continue
         if len(_boundary(faces)) and _turn_to_agree(faces):
             notes.append("some faces were wound against their neighbours and have been turned")
-        closed = _close_gaps(points, faces)
+        closed = _close_gaps(points, faces, notes)
         if closed is None:
             continue
         solid = _oriented(points, _pieces(closed), notes)
@@ -145,20 +147,27 @@ def _turn_to_agree(faces: np.ndarray) -> bool:
     return bool(turned.any())
 
 
-def _close_gaps(points: np.ndarray, faces: np.ndarray) -> np.ndarray | None:
-    """Cover gaps without area, as T-junctions leave them; None where a real hole is open."""
+def _close_gaps(points: np.ndarray, faces: np.ndarray, notes: list[str]) -> np.ndarray | None:
+    """Cover gaps, as T-junctions leave them, and small holes; None where a large one is open."""
     boundary = _boundary(faces)
     if not len(boundary):
         return faces
     label = _components(len(points), boundary)
     loop = label[boundary[:, 0]]
     caps = np.column_stack([boundary[:, ::-1], loop])  # cones, the label is the lowest vertex
-    a, b, c = (points[caps[:, k]] for k in range(3))
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    area = _area(points, caps)
     if area > _GAP_AREA * float(np.ptp(points, axis=0).max()) ** 2:
-        return None
+        share = area / _area(points, faces)
+        if share > _HOLE_SHARE:
+            return None
+        notes.append(f"the mesh is open; holes of {100 * share:.2g} % of its surface are closed")
     caps = caps[(caps[:, 0] != caps[:, 2]) & (caps[:, 1] != caps[:, 2])]
     return np.concatenate([faces, caps])
+
+
+def _area(points: np.ndarray, faces: np.ndarray) -> float:
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
 def _components(count: int, links: np.ndarray) -> np.ndarray:
