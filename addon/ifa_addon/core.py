@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 import importlib
 import os
+import re
 import sys
 import tempfile
 from dataclasses import dataclass, field, fields
@@ -123,6 +124,16 @@ def solve(ifa: ModuleType, inputs: Inputs, progress: object) -> Outcome:
         inputs.mark_names,
         tuple(str(note) for note in body.notes),
     )
+
+
+def readable(error: Exception, mark_names: tuple[str, ...]) -> str:
+    """The core's sentence, with the markers' names for its numbers of marks (from 1)."""
+
+    def name(match: re.Match) -> str:
+        number = int(match.group(1))
+        return f"mark '{mark_names[number - 1]}'" if 1 <= number <= len(mark_names) else match[0]
+
+    return re.sub(r"\bmark (\d+)\b", name, str(error)) or type(error).__name__
 
 
 def worst_error_ms(outcome: Outcome) -> float:

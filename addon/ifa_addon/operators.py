@@ -39,6 +39,7 @@ class IFA_OT_solve(bpy.types.Operator):
     _object = ""
     _scene = ""
     _digest = ""
+    _marks = ()
 
     @classmethod
     def poll(cls, context):
@@ -57,9 +58,12 @@ class IFA_OT_solve(bpy.types.Operator):
             return {"CANCELLED"}
         try:
             inputs = _read(context, context.object)
-            outcome = core.solve(ifa, inputs, ifa.Progress())
-        except (scene.SceneError, ifa.IfaError) as error:
+        except scene.SceneError as error:
             return self._fail(str(error))
+        try:
+            outcome = core.solve(ifa, inputs, ifa.Progress())
+        except ifa.IfaError as error:
+            return self._fail(core.readable(error, inputs.mark_names))
         return self._write(context, context.object, outcome)
 
     def invoke(self, context, event):
@@ -72,7 +76,7 @@ class IFA_OT_solve(bpy.types.Operator):
         except scene.SceneError as error:
             return self._fail(str(error))
         self._object, self._scene = context.object.name, context.scene.name
-        self._digest = inputs.digest()
+        self._digest, self._marks = inputs.digest(), inputs.mark_names
         progress = ifa.Progress()
         self._job = job.start(lambda: core.solve(ifa, inputs, progress), progress, self._object)
         manager = context.window_manager
@@ -97,7 +101,7 @@ class IFA_OT_solve(bpy.types.Operator):
             return {"PASS_THROUGH"}
         self._stop(context)
         if running.error is not None:
-            return self._fail(_readable(running.error))
+            return self._fail(core.readable(running.error, self._marks))
         return self._finish(context, running.result)
 
     def cancel(self, context):
@@ -157,10 +161,6 @@ class IFA_OT_solve(bpy.types.Operator):
 def _no(cls, reason: str) -> bool:
     cls.poll_message_set(reason)
     return False
-
-
-def _readable(error: Exception) -> str:
-    return str(error) or type(error).__name__
 
 
 class IFA_OT_cancel(bpy.types.Operator):
