@@ -1,0 +1,364 @@
+"""The command line: `ifa solve`, `ifa verify`, `ifa bodies`.
+
+Exit codes: 0 done, 2 bad input, 3 no acceptable motion (the best one is still written), 4 cancelled.
+With `--json` stdout holds one JSON object and nothing else; everything for the eye goes to stderr.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import FrameType
+from typing import IO, Any, NoReturn
+
+import ifa
+from ifa import report
+from ifa.marks import Ending
+
+DONE, BAD_INPUT, NO_MOTION, CANCELLED = 0, 2, 3, 4
+
+_MESH_ENDINGS = (".obj", ".off", ".ply", ".stl")
+_POLL_S = 0.05
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(BAD_INPUT, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code; argparse itself exits with 0 or 2."""
+    options = _parser().parse_args(arguments)
+    try:
+        code: int = options.run(options)
+        sys.stdout.flush()
+        return code
+    except (KeyboardInterrupt, ifa.Cancelled):
+        _say("cancelled: nothing was written")
+        return CANCELLED
+    except ifa.IfaError as error:
+        _say(str(error))
+        return BAD_INPUT
+    except BrokenPipeError:  # the reader of our output has gone, as with `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="ifa",
+        description="Rigid-body motion whose contacts land on the marks of a sound.",
+        epilog="Exit codes: 0 done, 2 bad input, 3 no acceptable motion, 4 cancelled.",
+    )
+    parser.add_argument("--version", action="version", version=f"ifa {ifa.__version__}")
+    verbs = parser.add_subparsers(required=True, metavar="VERB")
+
+    solve = verbs.add_parser("solve", help="find a motion that meets the marks")
+    _add_body(solve)
+    _add_marks(solve)
+    solve.add_argument("-o", "--out", metavar="OUT", help="write the motion to this .json file")
+    solve.add_argument("--sound", metavar="WAV", help="the marked sound: gives the amplitudes")
+    _add_ending(solve)
+    solve.add_argument("--method", choices=("forward", "graph"), default="forward")
+    solve.add_argument("--events", choices=("audible", "contact"), default="audible")
+    solve.add_argument(
+        "--material",
+        choices=("given", "fit"),
+        default="given",
+        help="fit restitution and friction to the marks, or take them as given (default)",
+    )
+    solve.add_argument("--restitution", type=float, metavar="E", help="0 to 1")
+    solve.add_argument("--friction", type=float, metavar="MU", help="0 or more")
+    solve.add_argument(
+        "--energy-gain", type=float, default=0.0, metavar="J", help="that a contact may add"
+    )
+    solve.add_argument("--seed", type=int, default=0, metavar="N", help="another seed, another take")
+    solve.add_argument("--rung", type=int, metavar="N", help="search exactly this hard")
+    solve.add_argument(
+        "--time-budget",
+        type=float,
+        default=10.0,
+        metavar="S",
+        help="begin no larger search after so many seconds (default 10)",
+    )
+    solve.add_argument("--threads", type=int, metavar="N", help="default: one for each core")
+    _add_json(solve)
+    solve.set_defaults(run=_solve)
+
+    verify = verbs.add_parser("verify", help="check a motion again, from its poses alone")
+    verify.add_argument("motion", metavar="MOTION", help="what ifa solve -o wrote")
+    _add_marks(verify)
+    _add_body(verify)
+    _add_ending(verify)
+    _add_json(verify)
+    verify.set_defaults(run=_verify)
+
+    bodies = verbs.add_parser("bodies", help="list the library of bodies")
+    _add_json(bodies)
+    bodies.set_defaults(run=_bodies)
+    return parser
+
+
+def _add_body(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "body",
+        metavar="BODY",
+        help=f"a name ({' '.join(ifa.bodies.names())}), a mesh ({' '.join(_MESH_ENDINGS)}) or a "
+        "body file (.json)",
+    )
+    parser.add_argument("--surface", choices=ifa.bodies.surfaces(), help="under a body of the library")
+    parser.add_argument("--unit", help="of a mesh: m (default), cm, mm, inch ...")
+    parser.add_argument("--density", type=float, metavar="KG_M3", help="of a mesh (default 1000)")
+    parser.add_argument("--mass", type=float, metavar="KG", help="of a mesh, in place of --density")
+
+
+def _add_marks(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "marks", metavar="MARKS", help="an Audacity label track (.txt) or JSON (.json)"
+    )
+
+
+def _add_ending(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--ending",
+        choices=("rest", "open"),
+        help="after the last mark: at rest without a further hit, or anything",
+    )
+
+
+def _add_json(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _solve(options: argparse.Namespace) -> int:
+    if options.out is not None:
+        _check_out(options.out, inputs=(options.body, options.marks, options.sound))
+    marks = ifa.Signature.read(options.marks, sound=options.sound, ending=options.ending)
+    body = _body(options)
+    material = {
+        field: value
+        for field in ("restitution", "friction")
+        if (value := getattr(options, field)) is not None
+    }
+    body = body.replace(**material)
+    progress = ifa.Progress()
+    try:
+        solution = _watched(
+            lambda: ifa.solve(
+                body,
+                marks,
+                method=options.method,
+                events=options.events,
+                seed=options.seed,
+                time_budget_s=options.time_budget,
+                threads=options.threads,
+                material=options.material,
+                energy_gain_j=options.energy_gain,
+                progress=progress,
+                rung=options.rung,
+            ),
+            progress,
+        )
+    except ifa.NoMotionError as error:
+        _say(str(error))
+        if options.json:
+            _print_json(
+                {
+                    "succeeded": False,
+                    "plausible": False,
+                    "error": str(error),
+                    "version": ifa.__version__,
+                }
+            )
+        return NO_MOTION
+    if options.out is not None:
+        solution.write(options.out)
+    if options.json:
+        _print_json(solution.to_dict())
+    else:
+        print(report.solution_text(solution))
+        if options.out is not None:
+            print(f"written to {options.out}")
+    return DONE if solution.succeeded else NO_MOTION
+
+
+def _verify(options: argparse.Namespace) -> int:
+    ending = options.ending
+    if ending is None and Path(options.marks).suffix.lower() != ".json":
+        ending = _ending_solved_for(options.motion)
+    marks = ifa.Signature.read(options.marks, ending=ending)
+    certificate = ifa.verify(options.motion, _body(options), marks)
+    if options.json:
+        _print_json(certificate.to_dict())
+    else:
+        print(certificate.summary())
+    return DONE if certificate.passed else NO_MOTION
+
+
+def _bodies(options: argparse.Namespace) -> int:
+    rows = ifa.bodies.describe()
+    if options.json:
+        _print_json({"bodies": rows})
+    else:
+        print(report.bodies_text(rows))
+    return DONE
+
+
+def _body(options: argparse.Namespace) -> ifa.Body:
+    """The body that BODY and the options beside it name; what was assumed goes to stderr."""
+    given, ending = options.body, Path(options.body).suffix.lower()
+    mesh_options = {"unit": options.unit, "density": options.density, "mass": options.mass}
+    in_library = given in ifa.bodies.names()
+    is_mesh = not in_library and ending in _MESH_ENDINGS
+    if not is_mesh:
+        for field, value in mesh_options.items():
+            if value is not None:
+                raise ifa.IfaValueError(f"--{field}: is for mesh files; {given} is none")
+    if not in_library and options.surface is not None:
+        raise ifa.IfaValueError(
+            f"--surface: is for bodies of the library; give {given} a restitution and friction"
+        )
+    if in_library:
+        return ifa.bodies.get(given, **({"surface": options.surface} if options.surface else {}))
+    if is_mesh:
+        return _mesh_body(given, **mesh_options)
+    if ending == ".json":
+        return ifa.Body.read(given)
+    if Path(given).is_file():
+        raise ifa.IfaFileError(
+            f"{given}: its ending is not known; a body is a mesh ({', '.join(_MESH_ENDINGS)}) or a "
+            "body file (.json)"
+        )
+    raise ifa.IfaValueError(
+        f"body: '{given}' is neither in the library ({', '.join(ifa.bodies.names())}) nor a file"
+    )
+
+
+def _mesh_body(path: str, unit: str | None, density: float | None, mass: float | None) -> ifa.Body:
+    import warnings
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ifa.MeshWarning)  # they are among the notes
+        body = ifa.Body.from_mesh(path, unit=unit or "m", density=density, mass_kg=mass)
+    for note in body.notes:
+        _say(f"{path}: {note}")
+    size_mm = 1e3 * (body.vertices_m.max(axis=0) - body.vertices_m.min(axis=0))
+    assumed = "" if unit else "no --unit given, taken as m; "
+    size = " x ".join(f"{s:.4g}" for s in size_mm)
+    _say(f"{path}: {assumed}{size} mm, {1e3 * body.mass_kg:.4g} g")
+    return body
+
+
+def _check_out(out: str, inputs: Sequence[str | None]) -> None:
+    """Find out before the search, not after it, that the motion could not be written."""
+    path = Path(out)
+    if path.suffix.lower() != ".json":
+        raise ifa.IfaValueError(f"{out}: motions are written as .json in this version")
+    if path.is_dir():
+        raise ifa.IfaFileError(f"{out}: is a folder")
+    if not path.parent.is_dir():
+        raise ifa.IfaFileError(f"{out}: there is no folder {path.parent}")
+    if not os.access(path.parent, os.W_OK):
+        raise ifa.IfaFileError(f"{out}: the folder {path.parent} cannot be written to")
+    for name in inputs:
+        if name is not None and path.exists() and os.path.exists(name) and path.samefile(name):
+            raise ifa.IfaValueError(f"{out}: is also an input and would be overwritten")
+
+
+def _ending_solved_for(motion: str) -> Ending | None:
+    """A label track does not say how a sound ends; the motion says which ending it was made for."""
+    try:
+        ending = json.loads(Path(motion).read_bytes())["marks"]["ending"]
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
+        return None  # verify says what is wrong with the file
+    return ending if ending in ("rest", "open") else None
+
+
+def _watched(work: Callable[[], ifa.Solution], progress: ifa.Progress) -> ifa.Solution:
+    """Run `work` in a thread, showing its progress; Ctrl-C and SIGTERM cancel it."""
+    outcome: list[ifa.Solution] = []
+    failure: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            outcome.append(work())
+        except BaseException as error:
+            failure.append(error)
+
+    meter = _Meter(sys.stderr)
+    worker = threading.Thread(target=run, daemon=True)
+    previous = signal.signal(signal.SIGTERM, _interrupt) if _in_main_thread() else None
+    try:
+        worker.start()
+        while worker.is_alive():
+            worker.join(_POLL_S)
+            meter.show(progress.fraction)
+    except KeyboardInterrupt:
+        progress.cancel()
+        worker.join()
+        raise
+    finally:
+        meter.end()
+        if previous is not None:
+            signal.signal(signal.SIGTERM, previous)
+    if failure:
+        raise failure[0]
+    return outcome[0]
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()
+
+
+def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+class _Meter:
+    """A bar on a terminal, a line for each quarter elsewhere."""
+
+    _WIDTH = 30
+
+    def __init__(self, stream: IO[str]) -> None:
+        self._stream = stream
+        self._live = stream.isatty()
+        self._begin_s = time.monotonic()
+        self._quarters = 0
+        self._drawn = False
+
+    def show(self, fraction: float) -> None:
+        elapsed_s = time.monotonic() - self._begin_s
+        if self._live:
+            full = round(self._WIDTH * fraction)
+            bar = "#" * full + "." * (self._WIDTH - full)
+            self._stream.write(f"\rsolving [{bar}] {100 * fraction:3.0f} %  {elapsed_s:.1f} s ")
+            self._stream.flush()
+            self._drawn = True
+        elif int(4 * fraction) > self._quarters and fraction < 1.0:
+            self._quarters = int(4 * fraction)
+            self._stream.write(f"ifa: {25 * self._quarters} % after {elapsed_s:.1f} s\n")
+            self._stream.flush()
+
+    def end(self) -> None:
+        if self._drawn:
+            self._stream.write("\r\x1b[K")
+            self._stream.flush()
+
+
+def _print_json(content: dict[str, Any]) -> None:
+    print(json.dumps(content, allow_nan=False))
+
+
+def _say(sentence: str) -> None:
+    print(f"ifa: {sentence}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
