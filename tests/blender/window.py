@@ -78,7 +78,7 @@ def set_up():
     modifier = die.modifiers.new("round", "BEVEL")
     modifier.width = 0.0015
     modifier.segments = 3
-    bpy.context.scene.frame_end = 60
+    bpy.context.scene.frame_end = 24
     scene.add_marks(bpy.context.scene, MARKS_S)
     bpy.ops.ed.undo_push(message="set up")
     return die
@@ -88,7 +88,10 @@ def close_up(window, area):
     timeline = next(a for a in window.screen.areas if a.type == "DOPESHEET_EDITOR")
     with bpy.context.temp_override(window=window, screen=window.screen, area=timeline):
         edge = timeline.y + timeline.height
-        bpy.ops.screen.area_move(x=timeline.x + 300, y=edge, delta=40)  # room for the markers
+        bpy.ops.screen.area_move(x=timeline.x + 300, y=edge, delta=64)  # room for the markers
+    region = next(r for r in timeline.regions if r.type == "WINDOW")
+    with bpy.context.temp_override(window=window, area=timeline, region=region):
+        bpy.ops.action.view_all()
     space = area.spaces.active
     space.show_region_ui = True
     space.overlay.grid_scale = 0.01
