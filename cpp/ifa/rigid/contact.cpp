@@ -138,20 +138,19 @@ void ContactSolver::solve(const ContactBody& body, std::vector<ContactPoint>& po
   local_.resize(n);
   local_inverse_.resize(n);
   double reach = 0.0, speed = 0.0;
+  bool warm = false;
   for (std::size_t i = 0; i < n; ++i) {
     speed = std::max(speed, (velocity + angular_velocity.cross(points[i].arm)).norm());
     const Mat3 arm = cross_matrix(points[i].arm);
     local_[i] = Mat3::Identity() / body.mass_kg - arm * body.inverse_inertia * arm;
     local_inverse_[i] = local_[i].inverse();
     reach = std::max(reach, points[i].arm.norm());
-    points[i].impulse.setZero();
+    warm |= points[i].impulse.z() > 0.0;
   }
-  if (n >= 3) {
-    share_load(body, points, velocity, angular_velocity);
-    for (const ContactPoint& p : points) {
-      velocity += p.impulse / body.mass_kg;
-      angular_velocity += body.inverse_inertia * p.arm.cross(p.impulse);
-    }
+  if (!warm && n >= 3) share_load(body, points, velocity, angular_velocity);
+  for (const ContactPoint& p : points) {
+    velocity += p.impulse / body.mass_kg;
+    angular_velocity += body.inverse_inertia * p.arm.cross(p.impulse);
   }
   const bool torques = body.rolling_friction_m > 0.0 || body.spin_friction_m > 0.0;
   const Mat2 roll_mass = torques ? Mat2(body.inverse_inertia.topLeftCorner<2, 2>().inverse()) : Mat2::Zero();

@@ -10,7 +10,7 @@ namespace {
 // the projection's tolerance, far below anything visible.
 constexpr double kTouchShare = 1e-8;
 constexpr double kLargestTurn = 0.05;      // rad in one step of sustained contact
-constexpr double kStepTolerance = 1e-10;   // m/s, of the contact problem in a step
+constexpr double kStepTolerance = 1e-8;   // m/s, of the contact problem in a step
 constexpr int kStepSweeps = 100;
 
 }  // namespace
@@ -18,6 +18,7 @@ constexpr int kStepSweeps = 100;
 EventSimulation::EventSimulation(const Body& body, const SimulationOptions& options)
     : body_(&body), options_(options), flight_(body), touch_m_(kTouchShare * body.bounding_radius_m()) {
   touches_.resize(body.vertices().size());
+  forces_.resize(body.vertices().size(), Vec3::Zero());
 }
 
 void EventSimulation::start(const State& state, double time_s, std::vector<Node>* nodes,
@@ -28,6 +29,7 @@ void EventSimulation::start(const State& state, double time_s, std::vector<Node>
   loads_ = loads;
   slow_ = false;
   still_steps_ = 0;
+  std::fill(forces_.begin(), forces_.end(), Vec3::Zero());
   find_touching();
   choose_phase();
 }
@@ -142,6 +144,7 @@ EventSimulation::Step EventSimulation::try_step(double length_s) {
     ContactPoint p;
     p.arm = predicted * body_->principal_vertices()[i] - body_->radius_m() * kUp;
     p.vertex = i;
+    p.impulse = length_s * forces_[i];
     points_.push_back(p);
   }
   solver_.solve(problem, points_, next.velocity, next.angular_velocity, kStepTolerance, kStepSweeps);
@@ -267,6 +270,7 @@ std::optional<EventSimulation::Stop> EventSimulation::advance_contact(double unt
   } else {
     newcomer = -1;
   }
+  for (const ContactPoint& p : points_) forces_[p.vertex] = p.impulse / length;
   project(step.state, newcomer);
   limit_energy(step.state);
   if (loads_) loads_->push_back({time_s_, length, step.normal_impulse, step.slip_speed});

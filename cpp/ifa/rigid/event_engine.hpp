@@ -82,6 +82,7 @@ class EventSimulation {
   std::vector<int> touching_;
   std::vector<char> touches_;
   std::vector<int> holding_;
+  std::vector<Vec3> forces_;  // of each point in the last step, N: the next one begins from them
   std::vector<ContactPoint> points_;
   std::vector<Node>* nodes_ = nullptr;
   std::vector<Load>* loads_ = nullptr;
