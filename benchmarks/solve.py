@@ -3,10 +3,11 @@
     .venv/bin/python benchmarks/solve.py [--only sounds|tosses] [--limit N] [--seed N]
                                          [--time-budget S] [--threads N]
 
-Recordings: every hit of sounds/*.hits.txt is a mark, its loudness comes from the .wav, the material
-is fitted. Tosses: every hit of tosses/cube_tosses.json is a mark with the measured impulse, the body
-and its material are those measured. Every motion is checked by `ifa.verify`. One case after the
-other; each solve uses all threads. The same table is written to build/benchmarks/ as CSV.
+Recordings: every hit of sounds/*.hits.txt is a mark, its loudness comes from the .wav, the
+material is fitted. Tosses: every hit of tosses/cube_tosses.json is a mark with the measured
+impulse, the body and its material are those measured. Every motion is checked by `ifa.verify`.
+One case after the other; each solve uses all threads. The same table is written to
+build/benchmarks/ as CSV.
 """
 
 from __future__ import annotations
@@ -168,10 +169,12 @@ def summary(name: str, rows: list[Row]) -> str:
     )
     if solved:
         scores = [row.score for row in solved]
+        retiming = statistics.median(row.retime_percent for row in solved)
+        excess = statistics.median(row.excess for row in solved)
         text += (
             f"; of those that succeeded: score {statistics.median(scores):.3f} median, "
-            f"{min(scores):.3f} lowest, retiming {statistics.median(r.retime_percent for r in solved):.2f} % "
-            f"median of the worst mark, excess {statistics.median(r.excess for r in solved):.3f}"
+            f"{min(scores):.3f} lowest; median of the worst mark: retiming {retiming:.2f} %, "
+            f"excess {excess:.3f}"
         )
     return text
 

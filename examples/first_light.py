@@ -17,9 +17,8 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
-
 import ifa
+import numpy as np
 from ifa.plot import plot_solution, plot_strobe
 from ifa.simulation import Hits
 from ifa.sound import write_wav

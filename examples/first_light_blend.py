@@ -16,11 +16,11 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "addon"))
 
-import bpy  # noqa: E402
-import ifa_addon  # noqa: E402
-import numpy as np  # noqa: E402
-from ifa_addon import bake, core, scene  # noqa: E402
-from mathutils import Vector  # noqa: E402
+import bpy
+import ifa_addon
+import numpy as np
+from ifa_addon import bake, core, scene
+from mathutils import Vector
 
 FRAMES_PER_S = 60
 # The pips of a die by the face's outward axis; opposite faces add up to seven.
@@ -88,7 +88,7 @@ def add_stage(travel: np.ndarray) -> None:
     sun.data.energy, sun.rotation_euler = 3.0, (0.7, 0.2, 0.5)
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.data.clip_start, camera.data.lens = 0.001, 50.0
-    camera.location = middle + 1.6 * reach * Vector((0.1, -0.9, 0.45))
+    camera.location = middle + 1.25 * reach * Vector((0.12, -0.95, 0.3))
     camera.rotation_euler = (middle - camera.location).to_track_quat("-Z", "Y").to_euler()
     for made in (sun, camera):
         bpy.context.scene.collection.objects.link(made)

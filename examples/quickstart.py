@@ -1,12 +1,11 @@
 """The example of the README."""
 
+import ifa
 import numpy as np
 
-import ifa
-
 body = ifa.bodies.get("d6", surface="wood")
-marks = ifa.Signature([0.10, 0.245, 0.34, 0.40, 0.445])  # when the contacts are heard, in s
-solution = ifa.solve(body, marks, material="fit")
+marks = ifa.Signature([0.30, 0.41, 0.48, 0.53, 0.565, 0.59])  # when contacts are heard, s
+solution = ifa.solve(body, marks)
 print(f"score {solution.score:.2f}, succeeded: {solution.succeeded}")
 for event in solution.events:
     print(f"mark {event.target_s:.3f} s, hit {event.achieved_s:.3f} s, retimed {event.retime:.3f}")

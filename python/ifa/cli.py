@@ -1,7 +1,8 @@
 """The command line: `ifa solve`, `ifa verify`, `ifa bodies`.
 
-Exit codes: 0 done, 2 bad input, 3 no acceptable motion (the best one is still written), 4 cancelled.
-With `--json` stdout holds one JSON object and nothing else; everything for the eye goes to stderr.
+Exit codes: 0 done, 2 bad input, 3 no acceptable motion (the best one is still written), 4
+cancelled. With `--json` stdout holds one JSON object and nothing else; everything for the eye goes
+to stderr.
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import FrameType
 from typing import IO, Any, NoReturn
 
 import ifa
@@ -79,7 +79,9 @@ def _parser() -> argparse.ArgumentParser:
     solve.add_argument(
         "--energy-gain", type=float, default=0.0, metavar="J", help="that a contact may add"
     )
-    solve.add_argument("--seed", type=int, default=0, metavar="N", help="another seed, another take")
+    solve.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="another seed, another take"
+    )
     solve.add_argument("--rung", type=int, metavar="N", help="search exactly this hard")
     solve.add_argument(
         "--time-budget",
@@ -113,7 +115,9 @@ def _add_body(parser: argparse.ArgumentParser) -> None:
         help=f"a name ({' '.join(ifa.bodies.names())}), a mesh ({' '.join(_MESH_ENDINGS)}) or a "
         "body file (.json)",
     )
-    parser.add_argument("--surface", choices=ifa.bodies.surfaces(), help="under a body of the library")
+    parser.add_argument(
+        "--surface", choices=ifa.bodies.surfaces(), help="under a body of the library"
+    )
     parser.add_argument("--unit", help="of a mesh: m (default), cm, mm, inch ...")
     parser.add_argument("--density", type=float, metavar="KG_M3", help="of a mesh (default 1000)")
     parser.add_argument("--mass", type=float, metavar="KG", help="of a mesh, in place of --density")
@@ -292,58 +296,55 @@ def _watched(work: Callable[[], ifa.Solution], progress: ifa.Progress) -> ifa.So
         except BaseException as error:
             failure.append(error)
 
+    # The handlers only ask the search to stop: an exception inside Thread.join would make Python
+    # 3.11 take the running thread for a finished one.
+    handlers = {
+        number: signal.signal(number, lambda *_: progress.cancel())
+        for number in (signal.SIGINT, signal.SIGTERM)
+        if threading.current_thread() is threading.main_thread()
+    }
     meter = _Meter(sys.stderr)
     worker = threading.Thread(target=run, daemon=True)
-    previous = signal.signal(signal.SIGTERM, _interrupt) if _in_main_thread() else None
     try:
         worker.start()
         while worker.is_alive():
             worker.join(_POLL_S)
             meter.show(progress.fraction)
-    except KeyboardInterrupt:
-        progress.cancel()
-        worker.join()
-        raise
     finally:
         meter.end()
-        if previous is not None:
-            signal.signal(signal.SIGTERM, previous)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    if progress.cancelled:
+        raise ifa.Cancelled
     if failure:
         raise failure[0]
     return outcome[0]
 
 
-def _in_main_thread() -> bool:
-    return threading.current_thread() is threading.main_thread()
-
-
-def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
-    raise KeyboardInterrupt
-
-
 class _Meter:
-    """A bar on a terminal, a line for each quarter elsewhere."""
+    """A bar on a terminal, a line now and then elsewhere."""
 
-    _WIDTH = 30
+    _WIDTH, _LINE_EVERY_S = 30, 5.0
 
     def __init__(self, stream: IO[str]) -> None:
         self._stream = stream
         self._live = stream.isatty()
         self._begin_s = time.monotonic()
-        self._quarters = 0
+        self._said_s = self._begin_s
         self._drawn = False
 
     def show(self, fraction: float) -> None:
-        elapsed_s = time.monotonic() - self._begin_s
+        now_s = time.monotonic()
+        elapsed_s = now_s - self._begin_s
         if self._live:
             full = round(self._WIDTH * fraction)
             bar = "#" * full + "." * (self._WIDTH - full)
             self._stream.write(f"\rsolving [{bar}] {100 * fraction:3.0f} %  {elapsed_s:.1f} s ")
             self._stream.flush()
             self._drawn = True
-        elif int(4 * fraction) > self._quarters and fraction < 1.0:
-            self._quarters = int(4 * fraction)
-            self._stream.write(f"ifa: {25 * self._quarters} % after {elapsed_s:.1f} s\n")
+        elif now_s - self._said_s >= self._LINE_EVERY_S:
+            self._said_s = now_s
+            self._stream.write(f"ifa: {100 * fraction:.0f} % after {elapsed_s:.0f} s\n")
             self._stream.flush()
 
     def end(self) -> None:

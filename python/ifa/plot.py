@@ -113,7 +113,9 @@ def plot_strobe(solution: Solution, path: FilePath, frames_per_s: float = 60.0) 
 
     _draw_silhouettes(side, outlines, times_s, solution)
     positions, _ = motion.sample(fine_s)
-    side.plot(1e3 * (positions[:, :2] @ along), 1e3 * positions[:, 2], color=_INK, lw=0.7, alpha=0.6)
+    side.plot(
+        1e3 * (positions[:, :2] @ along), 1e3 * positions[:, 2], color=_INK, lw=0.7, alpha=0.6
+    )
     middle = 0.5 * (low[0] + high[0])
     side.set_xlim(middle - 0.5 * scale * panel_in, middle + 0.5 * scale * panel_in)
     side.set_ylim(-ground, scale * side_in - ground)
@@ -136,7 +138,9 @@ def plot_strobe(solution: Solution, path: FilePath, frames_per_s: float = 60.0) 
     below.set_ylabel("height in mm")
     below.legend(loc="upper right", fontsize=8.5, framealpha=0.9, edgecolor="none")
     _strip_frame(below, keep=("left", "bottom"))
-    title = f"{body.name} from the side, {frames_per_s:g} frames a second"
+    title = (
+        f"{body.name} from the side, {frames_per_s:g} frames a second; red: contacts at the marks"
+    )
     figure.text(0.065, 1.0 - 0.3 / height_in, title, fontsize=11, color=_INK)
     _save(figure, path)
 
@@ -237,16 +241,18 @@ def _draw_links(axes: Axes, times_s: list[float], begin_s: float, end_s: float) 
 def _draw_cells(axes: Axes, solution: Solution) -> None:
     from matplotlib.colors import LinearSegmentedColormap
 
-    good = LinearSegmentedColormap.from_list("agreement", ["#d1495b", "#f3d9a4", "#cfe3d4", "#5d9e84"])
+    good = LinearSegmentedColormap.from_list(
+        "agreement", ["#d1495b", "#f3d9a4", "#cfe3d4", "#5d9e84"]
+    )
     count = len(solution.events)
     factors = np.array(
         [[event.factors[name] for event in solution.events] for name in _FACTOR_NAMES]
     )
     # The last rows are red at twice of what a plausible motion may have at most.
     notes = (
-        ("error, ms", [1e3 * e.error_s for e in solution.events], 20.0, "{:+.1f}"),
-        ("retiming, %", [100.0 * (e.retime - 1.0) for e in solution.events], 14.0, "{:+.1f}"),
-        ("excess", [e.excess for e in solution.events], 2.0, "{:.2f}"),
+        ("error, ms", [1e3 * e.error_s for e in solution.events], 20.0, 1),
+        ("retiming, %", [100.0 * (e.retime - 1.0) for e in solution.events], 14.0, 1),
+        ("excess", [e.excess for e in solution.events], 2.0, 2),
     )
     size = float(np.clip(170.0 / count, 5.0, 9.0))
     rows = [*factors, *[1.0 - np.minimum(np.abs(v) / limit, 1.0) for _, v, limit, _ in notes]]
@@ -255,7 +261,9 @@ def _draw_cells(axes: Axes, solution: Solution) -> None:
         extent=(0.0, count, len(rows), 0.0),
     )  # fmt: skip
     texts: list[list[str]] = [[f"{value:.2f}" for value in row] for row in factors]
-    texts += [[form.format(round(value, 2) + 0.0) for value in values] for _, values, _, form in notes]
+    texts += [
+        [f"{round(v, digits) + 0.0:.{digits}f}" for v in values] for _, values, _, digits in notes
+    ]
     for r, row in enumerate(texts):
         for c, text in enumerate(row):
             axes.text(c + 0.5, r + 0.5, text, ha="center", va="center", fontsize=size, color=_INK)

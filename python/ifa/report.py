@@ -80,17 +80,22 @@ def bodies_text(bodies: Iterable[dict[str, Any]]) -> str:
     for body in bodies:
         if not rows:
             rows.append(("name", "size", "g", "material", *body["surfaces"]))
-        materials = [f"{s['restitution']:.2f} / {s['friction']:.2f}" for s in body["surfaces"].values()]
+        materials = [
+            f"{s['restitution']:.2f} / {s['friction']:.2f}" for s in body["surfaces"].values()
+        ]
         mass = f"{1e3 * body['mass_kg']:.2f}"
         rows.append((body["name"], body["size"], mass, body["material"], *materials))
-    return "\n".join([*table(rows, align="<<>" + "<" * 9), "", "restitution / friction on each surface"])
+    return "\n".join(
+        [*table(rows, align="<<>" + "<" * 9), "", "restitution / friction on each surface"]
+    )
 
 
 def table(rows: Sequence[Sequence[str]], align: str) -> list[str]:
     """Lines of columns; `align` has `<` or `>` for each."""
     widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
     return [
-        "  ".join(f"{cell:{side}{width}}" for cell, side, width in zip(row, align, widths, strict=False))
-        .rstrip()
+        "  ".join(
+            f"{cell:{side}{width}}" for cell, side, width in zip(row, align, widths, strict=False)
+        ).rstrip()
         for row in rows
     ]
