@@ -136,12 +136,15 @@ def plot_strobe(solution: Solution, path: FilePath, frames_per_s: float = 60.0) 
     below.set_ylim(-1e3 * 0.03 * heights_m.max(), 1e3 * 1.06 * heights_m.max())
     below.set_xlabel("time in s", labelpad=2)
     below.set_ylabel("height in mm")
-    below.legend(loc="upper right", fontsize=8.5, framealpha=0.9, edgecolor="none")
     _strip_frame(below, keep=("left", "bottom"))
     title = (
         f"{body.name} from the side, {frames_per_s:g} frames a second; red: contacts at the marks"
     )
     figure.text(0.065, 1.0 - 0.3 / height_in, title, fontsize=11, color=_INK)
+    figure.legend(
+        loc="upper right", ncols=3, fontsize=9, frameon=False, labelcolor=_INK,
+        bbox_to_anchor=(0.99, 1.0 - 0.06 / height_in),
+    )  # fmt: skip
     _save(figure, path)
 
 
