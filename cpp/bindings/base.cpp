@@ -87,8 +87,8 @@ void bind_base(py::module_& m) {
   static PyObject* file_error =
       new_exception(m, "IfaFileError", py::make_tuple(py::handle(error), py::handle(PyExc_OSError)),
                     "A file that cannot be read or written; the message names it.");
-  static PyObject* cancelled = new_exception(m, "Cancelled", py::make_tuple(py::handle(error)),
-                                             "The caller cancelled a long call.");
+  static PyObject* cancelled =
+      new_exception(m, "Cancelled", py::make_tuple(py::handle(error)), "The caller cancelled a long call.");
   py::register_exception_translator([](std::exception_ptr p) {
     // File names need not be UTF-8; a message must be.
     const auto raise = [](PyObject* type, const char* what) {

@@ -37,8 +37,8 @@ Array from_quaternions(const std::vector<Quat>& quaternions);  // (n, 4), wxyz
 Array from_vec3(const Vec3& v);
 Array from_mat3(const Mat3& m);
 
-// Runs a long call on a thread of its own without the GIL, so that Ctrl-C reaches Python meanwhile: it cancels the
-// call and raises KeyboardInterrupt. `progress` may be null.
+// Runs a long call on a thread of its own without the GIL, so that Ctrl-C reaches Python meanwhile: it
+// cancels the call and raises KeyboardInterrupt. `progress` may be null.
 template <class Result, class Work>
 Result run_interruptible(std::shared_ptr<Progress> progress, Work&& work) {
   if (!progress) progress = std::make_shared<Progress>();

@@ -124,9 +124,12 @@ State to_state(const Array& position_m, const Array& quaternion_wxyz, const Arra
 
 const char* status_name(RunStatus status) {
   switch (status) {
-    case RunStatus::rest: return "rest";
-    case RunStatus::time_limit: return "time_limit";
-    default: return "impact_limit";
+    case RunStatus::rest:
+      return "rest";
+    case RunStatus::time_limit:
+      return "time_limit";
+    default:
+      return "impact_limit";
   }
 }
 
@@ -201,7 +204,8 @@ py::tuple from_hits(const std::vector<Hit>& hits) {
     speeds.push_back(h.approach_speed_m_s);
     positions.push_back(h.position_m);
   }
-  return py::make_tuple(from_vector(times), from_points(impulses), from_vector(speeds), from_points(positions));
+  return py::make_tuple(from_vector(times), from_points(impulses), from_vector(speeds),
+                        from_points(positions));
 }
 
 void bind_rigid(py::module_& m) {

@@ -27,9 +27,15 @@ class Motion:
     Before `start_s` and after `end_s` the body is held still.
     """
 
-    def __init__(self, core: _core.Motion) -> None:
+    def __init__(
+        self, core: _core.Motion, retime: Sequence[float] = (), energy_gain_j: float = 0.0
+    ) -> None:
         """Wrap a motion of the core; motions come from `ifa.solve`."""
         self._core = core
+        #: What was done to the motion, for a verifier to check: for each mark, the interval that leads to
+        #: it over the same as simulated, and the energy that a contact was allowed to add.
+        self.retime = tuple(retime)
+        self.energy_gain_j = energy_gain_j
 
     @property
     def start_s(self) -> float:
@@ -224,7 +230,7 @@ def solve(
         rung=-1 if rung is None else _whole(rung, "rung", _core.RUNGS - 1),
         progress=progress,
     )
-    motion = Motion(found.pop("motion"))
+    motion = Motion(found.pop("motion"), [event["retime"] for event in found["events"]], gain)
     return Solution(
         motion=motion,
         body=body.replace(restitution=found["restitution"], friction=found["friction"]),

@@ -264,7 +264,10 @@ def _poses(motion: SampledMotion | Mapping[str, Any]) -> dict[str, NDArray[np.fl
 
 
 def _claimed_retime(motion: Any, count: int) -> NDArray[np.float64]:
-    if not isinstance(motion, Mapping) or "events" not in motion:
+    if not isinstance(motion, Mapping):
+        claimed = getattr(motion, "retime", ())
+        return array(claimed, "retime", (None,)) if len(claimed) else np.ones(count)
+    if "events" not in motion:
         return np.ones(count)
     events = motion["events"]
     if not isinstance(events, list) or not all(isinstance(event, Mapping) for event in events):
@@ -281,7 +284,7 @@ def _ratios(events: list[Mapping[str, Any]]) -> Iterator[float]:
 
 def _claimed_gain(motion: Any) -> float:
     if not isinstance(motion, Mapping):
-        return 0.0
+        return number(getattr(motion, "energy_gain_j", 0.0), "energy_gain_j")
     return number(motion.get("energy_gain_j", 0.0), "energy_gain_j")
 
 

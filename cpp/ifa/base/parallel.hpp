@@ -13,8 +13,8 @@ namespace ifa {
 int thread_count(int requested);
 
 // Calls body(i) for each i in [0, n) on up to `threads` threads. Of the exceptions that
-// were thrown, the one of the lowest index is rethrown here once all threads have stopped; a cancelled `progress`
-// (may be null) ends the loop with Cancelled.
+// were thrown, the one of the lowest index is rethrown here once all threads have stopped; a cancelled
+// `progress` (may be null) ends the loop with Cancelled.
 void parallel_for(std::size_t n, int threads, const std::function<void(std::size_t)>& body,
                   const Progress* progress = nullptr);
 

@@ -5,8 +5,7 @@
 
 namespace ifa {
 
-std::array<std::uint32_t, 4> philox4x32_10(std::array<std::uint32_t, 4> c,
-                                           std::array<std::uint32_t, 2> k) {
+std::array<std::uint32_t, 4> philox4x32_10(std::array<std::uint32_t, 4> c, std::array<std::uint32_t, 2> k) {
   for (int round = 0; round < 10; ++round) {
     const std::uint64_t p0 = 0xD2511F53ull * c[0];
     const std::uint64_t p1 = 0xCD9E8D57ull * c[2];
@@ -25,8 +24,8 @@ std::uint64_t RandomStream::next() {
   }
   const auto low = [](std::uint64_t x) { return static_cast<std::uint32_t>(x); };
   const auto high = [](std::uint64_t x) { return static_cast<std::uint32_t>(x >> 32); };
-  const auto words = philox4x32_10({low(draw_), high(draw_), low(stream_), high(stream_)},
-                                   {low(seed_), high(seed_)});
+  const auto words =
+      philox4x32_10({low(draw_), high(draw_), low(stream_), high(stream_)}, {low(seed_), high(seed_)});
   ++draw_;
   spare_ = (std::uint64_t{words[3]} << 32) | words[2];
   has_spare_ = true;

@@ -18,11 +18,11 @@ class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::uint64_t stream) : seed_(seed), stream_(stream) {}
 
-  double uniform();                          // in [0, 1), 53 bits
+  double uniform();  // in [0, 1), 53 bits
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
-  double normal();                           // mean 0, variance 1
-  Vec3 unit_vector();                        // uniform on the sphere
-  Quat rotation();                           // uniform on SO(3) (Shoemake 1992)
+  double normal();     // mean 0, variance 1
+  Vec3 unit_vector();  // uniform on the sphere
+  Quat rotation();     // uniform on SO(3) (Shoemake 1992)
 
  private:
   std::uint64_t next();

@@ -12,15 +12,14 @@
 namespace ifa {
 namespace {
 
-constexpr double kOnTime = 1e-5;        // s: what is left is retimed away, by less than 0.1 %
+constexpr double kOnTime = 1e-5;  // s: what is left is retimed away, by less than 0.1 %
 constexpr int kRefinements = 8;
 constexpr int kStartsPerState = 6;
-constexpr int kPool = 8;                // changes tried for a state in one round
-constexpr int kRounds = 6;              // of proposals for a state, at most
-constexpr int kFinalChanges = 12;       // of the last impact, for a candidate
+constexpr int kPool = 8;    // changes tried for a state in one round
+constexpr int kRounds = 6;  // of proposals for a state, at most
 constexpr int kFinalBatch = 64;
-constexpr double kLateShare = 1.35;     // a passage is followed this far beyond its target
-constexpr double kEnergyBand = 0.4;      // width of a band of energy, in its logarithm
+constexpr double kLateShare = 1.35;  // a passage is followed this far beyond its target
+constexpr double kEnergyBand = 0.4;  // width of a band of energy, in its logarithm
 constexpr std::size_t kMostChildren = 4;
 constexpr std::size_t kFewestStarts = 10;  // that a full beam descends from
 
@@ -32,6 +31,7 @@ struct Candidate {
   double log_weight = 0.0;      // all factors of the events before, and of the transitions
   double first_amplitude = 0.0;
   double rank = 0.0, energy = 0.0;
+  bool hopeless = false;
 };
 
 struct Search {
@@ -70,7 +70,8 @@ struct Search {
     child.rank = child.log_weight;
     if (!marks.amplitudes.empty()) {  // a first guess from the first hit alone
       const double relative = child.onset.hit.impulse_n_s.norm() / child.first_amplitude;
-      child.rank += std::log(std::max(1e-300, amplitude_factor(relative, marks.amplitudes[k + 1] / marks.amplitudes[0])));
+      child.rank += std::log(
+          std::max(1e-300, amplitude_factor(relative, marks.amplitudes[k + 1] / marks.amplitudes[0])));
     }
     children.push_back(child);
   }
@@ -84,8 +85,8 @@ struct Search {
     double lateness;  // s; infinite where no hit came in time
   };
 
-  std::optional<Trial> attempt(const Onset& onset, const PlausibleRegion& region, std::size_t k, const Vec6& y,
-                               double limit_s, Runner& runner) const {
+  std::optional<Trial> attempt(const Onset& onset, const PlausibleRegion& region, std::size_t k,
+                               const Vec6& y, double limit_s, Runner& runner) const {
     Trial trial{y, onset.after, y.squaredNorm(), {}, kNever};
     trial.after.velocity += region.velocity_offset(y);
     trial.after.angular_velocity += region.spin_offset(y);
@@ -103,7 +104,8 @@ struct Search {
 
   PlausibleRegion region_of(const Onset& onset) const {
     return PlausibleRegion(onset.after.velocity - onset.before.velocity,
-                           onset.after.angular_velocity - onset.before.angular_velocity, body.bounding_radius_m());
+                           onset.after.angular_velocity - onset.before.angular_velocity,
+                           body.bounding_radius_m());
   }
 
   Vec6 random_change(RandomStream& random) const {
@@ -112,10 +114,11 @@ struct Search {
     return y * (std::sqrt(options.largest_excess) * std::sqrt(random.uniform()) / y.norm());
   }
 
-  // The children of one state. A handful of changes is tried; between one that comes early and one that comes late lies
-  // one that comes in time (the ball is convex), found along the line between them unless the interval jumps there.
-  void expand(const Candidate& parent, int parent_index, std::size_t k, int round, Runner& runner, RandomStream random,
-              std::vector<Candidate>& children) const {
+  // The children of one state. A handful of changes is tried; between one that comes early and one that comes
+  // late lies one that comes in time (the ball is convex), found along the line between them unless the
+  // interval jumps there.
+  void expand(const Candidate& parent, int parent_index, std::size_t k, int round, Runner& runner,
+              RandomStream random, std::vector<Candidate>& children) const {
     const PlausibleRegion region = region_of(parent.onset);
     const double limit = kLateShare * target(k);
     std::vector<Trial> pool;
@@ -129,7 +132,8 @@ struct Search {
     }
     const auto usable = [&](const Trial& t) { return t.passage.next == Next::hit; };
     const auto worth = [&](const Trial& t) {
-      const double time = std::max(t.passage.interval_s, target(k)) / std::min(t.passage.interval_s, target(k)) - 1.0;
+      const double time =
+          std::max(t.passage.interval_s, target(k)) / std::min(t.passage.interval_s, target(k)) - 1.0;
       return -t.excess - 100.0 * time * time;
     };
     // Pairs that enclose the target, the mildest changes first, each trial used once.
@@ -138,7 +142,8 @@ struct Search {
     const auto milder = [&](std::size_t p, std::size_t q) { return pool[p].excess < pool[q].excess; };
     std::stable_sort(early.begin(), early.end(), milder);
     std::stable_sort(late.begin(), late.end(), milder);
-    const std::size_t pairs = std::min({early.size(), late.size(), static_cast<std::size_t>(options.proposals)});
+    const std::size_t pairs =
+        std::min({early.size(), late.size(), static_cast<std::size_t>(options.proposals)});
     std::vector<char> used(pool.size(), 0);
     for (std::size_t pair = 0; pair < pairs; ++pair) {
       const Trial &a = pool[early[pair]], &b = pool[late[pair]];
@@ -154,7 +159,8 @@ struct Search {
       const Trial* best = nullptr;
       for (const Trial& t : seen)
         if (usable(t) && (!best || worth(t) > worth(*best))) best = &t;
-      if (best) add_child(children, runner, parent, parent_index, k, best->after, best->excess, best->passage);
+      if (best)
+        add_child(children, runner, parent, parent_index, k, best->after, best->excess, best->passage);
     }
     for (std::size_t i = 0; i < pool.size(); ++i)
       if (!used[i] && usable(pool[i]))
@@ -174,9 +180,11 @@ struct Search {
     const PlausibleRegion region = region_of(candidate.onset);
     Final best;
     for (int j = 0; j < changes; ++j) {
-      const Vec6 y = j == 0 ? Vec6(Vec6::Zero()) : random_change(random);
+      Vec6 y = j == 0 ? Vec6(Vec6::Zero()) : random_change(random);
+      if (rest && j % 2 == 1) y[0] = -std::abs(y[0]);  // a duller bounce rests sooner
       const auto trial = attempt(candidate.onset, region, k, y, rest ? kLongestRest_s : kOpenTail_s, runner);
-      if (!trial || trial->passage.next == Next::dubious || (rest && trial->passage.next != Next::rest)) continue;
+      if (!trial || trial->passage.next == Next::dubious || (rest && trial->passage.next != Next::rest))
+        continue;
       const double first = k == 0 ? trial->passage.event.amplitude : candidate.first_amplitude;
       Factors f = sound_factors(trial->passage.event, marks, k, first);
       f.velocity = velocity_factor(trial->excess);
@@ -189,7 +197,9 @@ struct Search {
   // A first contact whose speed is chosen so that the second mark is met without any change.
   std::optional<Candidate> begin(const StartOptions& start, std::size_t index, Runner& runner) const {
     RandomStream random = stream(0, index);
-    auto sampled = sample_start(body, physics, start, random);
+    const bool single = marks.size() == 1 && marks.ending == Ending::rest;
+    auto sampled =
+        single ? sample_touchdown(body, physics, start, random) : sample_start(body, physics, start, random);
     if (!sampled) return std::nullopt;
     Candidate candidate;
     candidate.onset = runner.strike(*sampled);
@@ -200,29 +210,36 @@ struct Search {
       State s = *sampled;
       s.velocity = x * heading;
       const Onset onset = runner.strike(s);
-      if (onset.hit.approach_speed_m_s < physics.hearing.audible_speed_m_s * (1.0 + physics.margin)) return std::nullopt;
+      if (onset.hit.approach_speed_m_s < physics.hearing.audible_speed_m_s * (1.0 + physics.margin))
+        return std::nullopt;
       const Passage passage = runner.pass(onset, onset.after, marks.durations_s[0], kLateShare * target(0));
       if (passage.next == Next::rest || passage.next == Next::late) return kNever;
       return passage.interval_s - target(0);
     };
     const double least = start.least_speed_m_s, most = start.most_speed_m_s;
-    const auto seen = find_root(lateness, {speed, 0.5 * (speed + most), 0.5 * (speed + least), most, least}, kOnTime,
-                                kRefinements);
-    if (seen.empty()) return std::nullopt;
+    const auto seen = find_root(lateness, {speed, 0.5 * (speed + most), 0.5 * (speed + least), most, least},
+                                kOnTime, kRefinements);
+    if (seen.empty()) {  // no speed leads to a second hit: of use only where that holds for every start
+      candidate.hopeless = true;
+      return candidate;
+    }
     State s = *sampled;
     s.velocity = seen.back().x * heading;
-    if (clear_before(body, s, physics.simulation.gravity_m_s2, start.clear_s) < start.clear_s) return std::nullopt;
+    if (clear_before(body, s, physics.simulation.gravity_m_s2, start.clear_s) < start.clear_s)
+      return std::nullopt;
     candidate.onset = runner.strike(s);
     return candidate;
   }
 
-  // Half of the beam by weight; half shared evenly among bands of energy, the best by weight in each, since the marks to
-  // come may need a lively body or a tired one. Few children of one parent, few descendants of one start.
+  // Half of the beam by weight; half shared evenly among bands of energy, the best by weight in each, since
+  // the marks to come may need a lively body or a tired one. Few children of one parent, few descendants of
+  // one start.
   std::vector<Candidate> select(std::vector<Candidate>&& all) const {
     const std::size_t room = static_cast<std::size_t>(options.beam);
     std::vector<std::size_t> order(all.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return all[a].rank > all[b].rank; });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return all[a].rank > all[b].rank; });
 
     std::vector<Candidate> kept;
     std::vector<char> taken(all.size(), 0);
@@ -230,7 +247,9 @@ struct Search {
     bool strict = true;
     const auto take = [&](std::size_t i) {
       if (taken[i]) return false;
-      if (strict && (of_parent[all[i].parent] >= kMostChildren || of_start[all[i].start] >= room / kFewestStarts + 1)) return false;
+      if (strict &&
+          (of_parent[all[i].parent] >= kMostChildren || of_start[all[i].start] >= room / kFewestStarts + 1))
+        return false;
       taken[i] = 1;
       ++of_parent[all[i].parent];
       ++of_start[all[i].start];
@@ -243,7 +262,9 @@ struct Search {
     }
     std::map<int, std::vector<std::size_t>> bands;  // best first
     for (const std::size_t i : order)
-      if (!taken[i]) bands[static_cast<int>(std::floor(std::log(std::max(all[i].energy, 1e-300)) / kEnergyBand))].push_back(i);
+      if (!taken[i])
+        bands[static_cast<int>(std::floor(std::log(std::max(all[i].energy, 1e-300)) / kEnergyBand))]
+            .push_back(i);
     std::map<int, std::size_t> next;
     for (bool more = true; more && kept.size() < room;) {
       more = false;
@@ -266,14 +287,16 @@ struct Search {
 
 }  // namespace
 
-Found search_beam(const Body& body, const SearchPhysics& physics, const Marks& marks, const BeamOptions& options,
-                  Progress* progress, double progress_from, double progress_to, double& simulated_s) {
+Found search_beam(const Body& body, const SearchPhysics& physics, const Marks& marks,
+                  const BeamOptions& options, Progress* progress, double progress_from, double progress_to,
+                  double& simulated_s) {
   const Search search{body, physics, marks, options};
   const std::size_t n = marks.size();
   const StartOptions start = start_options(body, marks, physics.simulation.gravity_m_s2.norm());
   const auto report = [&](std::size_t done) {
     if (progress)
-      progress->raise_to(progress_from + (progress_to - progress_from) * static_cast<double>(done) / static_cast<double>(n + 1));
+      progress->raise_to(progress_from + (progress_to - progress_from) * static_cast<double>(done) /
+                                             static_cast<double>(n + 1));
   };
 
   std::vector<std::vector<Candidate>> levels(1);
@@ -281,13 +304,19 @@ Found search_beam(const Body& body, const SearchPhysics& physics, const Marks& m
     const std::size_t tries = static_cast<std::size_t>(options.beam) * kStartsPerState;
     std::vector<std::optional<Candidate>> starts(tries);
     std::vector<double> time(tries, 0.0);
-    parallel_for(tries, options.threads, [&](std::size_t i) {
-      Runner runner(body, physics);
-      starts[i] = search.begin(start, i, runner);
-      time[i] = runner.simulated_s();
-    }, progress);
+    parallel_for(
+        tries, options.threads,
+        [&](std::size_t i) {
+          Runner runner(body, physics);
+          starts[i] = search.begin(start, i, runner);
+          time[i] = runner.simulated_s();
+        },
+        progress);
     for (auto& s : starts)
       if (s) levels[0].push_back(*s);
+    const bool hope =
+        std::any_of(levels[0].begin(), levels[0].end(), [](const Candidate& c) { return !c.hopeless; });
+    if (hope) std::erase_if(levels[0], [](const Candidate& c) { return c.hopeless; });
     simulated_s += std::accumulate(time.begin(), time.end(), 0.0);
   }
   report(1);
@@ -303,12 +332,15 @@ Found search_beam(const Body& body, const SearchPhysics& physics, const Marks& m
     for (int round = 0; round < kRounds && fit < static_cast<std::size_t>(options.beam); ++round) {
       std::vector<std::vector<Candidate>> children(parents.size());
       std::vector<double> time(parents.size(), 0.0);
-      parallel_for(parents.size(), options.threads, [&](std::size_t i) {
-        Runner runner(body, physics);
-        search.expand(parents[i], static_cast<int>(i), k, round, runner,
-                      search.stream((k + 1) * kRounds + round, i), children[i]);
-        time[i] = runner.simulated_s();
-      }, progress);
+      parallel_for(
+          parents.size(), options.threads,
+          [&](std::size_t i) {
+            Runner runner(body, physics);
+            search.expand(parents[i], static_cast<int>(i), k, round, runner,
+                          search.stream((k + 1) * kRounds + round, i), children[i]);
+            time[i] = runner.simulated_s();
+          },
+          progress);
       simulated_s += std::accumulate(time.begin(), time.end(), 0.0);
       for (std::size_t i = 0; i < parents.size(); ++i) {
         fit -= std::min(born[i], kMostChildren);
@@ -320,25 +352,46 @@ Found search_beam(const Body& body, const SearchPhysics& physics, const Marks& m
     levels.push_back(search.select(std::move(all)));
     report(k + 2);
   }
-  if (levels.size() < n || levels[n - 1].empty()) return found;
-  found.reached = n;
+  while (!levels.empty() && levels.back().empty()) levels.pop_back();
+  if (levels.empty()) return found;
+  // The links of a candidate, which leaves its event as `final` says.
+  const auto links_of = [&](const Candidate* c, const Search::Final& final) {
+    std::vector<Link> links{{c->onset, final.after, final.excess, 0.0}};
+    for (std::size_t k = levels.size() - 1; k > 0; --k) {
+      links.push_back(c->from);
+      c = &levels[k - 1][c->parent];
+    }
+    std::reverse(links.begin(), links.end());
+    return links;
+  };
+  const auto by_rank = [](const Candidate& a, const Candidate& b) { return a.rank > b.rank; };
+  std::stable_sort(levels.back().begin(), levels.back().end(), by_rank);
+  found.reached = levels.size();
+  if (found.reached < n) {
+    const Candidate& c = levels.back().front();
+    found.links = links_of(&c, {c.log_weight, c.onset.after, 0.0});
+    return found;
+  }
 
-  // The ending, best candidates first. At first nothing is changed any more; if no candidate then comes to rest without
-  // a further hit, the last impact may be changed too, and its excess counts.
-  auto& last = levels[n - 1];
-  std::stable_sort(last.begin(), last.end(), [](const Candidate& a, const Candidate& b) { return a.rank > b.rank; });
+  // The ending, best candidates first. At first nothing is changed any more; if no candidate then comes to
+  // rest without a further hit, the last impact may be changed too, and its excess counts.
+  const auto& last = levels.back();
   int chosen = -1;
   Search::Final final;
-  for (int changes = 1; changes <= kFinalChanges && chosen < 0; changes += kFinalChanges - 1) {
+  for (const int changes : {1, 12, 80}) {
+    if (chosen >= 0) break;
     for (std::size_t from = 0; from < last.size() && chosen < 0; from += kFinalBatch) {
       const std::size_t count = std::min<std::size_t>(kFinalBatch, last.size() - from);
       std::vector<Search::Final> finals(count);
       std::vector<double> time(count, 0.0);
-      parallel_for(count, options.threads, [&](std::size_t i) {
-        Runner runner(body, physics);
-        finals[i] = search.finish(last[from + i], changes, runner, search.stream(n * kRounds, from + i));
-        time[i] = runner.simulated_s();
-      }, progress);
+      parallel_for(
+          count, options.threads,
+          [&](std::size_t i) {
+            Runner runner(body, physics);
+            finals[i] = search.finish(last[from + i], changes, runner, search.stream(n * kRounds, from + i));
+            time[i] = runner.simulated_s();
+          },
+          progress);
       simulated_s += std::accumulate(time.begin(), time.end(), 0.0);
       for (std::size_t i = 0; i < count; ++i)
         if (finals[i].log_weight > final.log_weight) {
@@ -347,16 +400,11 @@ Found search_beam(const Body& body, const SearchPhysics& physics, const Marks& m
         }
     }
   }
-  if (chosen < 0) return found;
+  found.complete = chosen >= 0;
+  const Candidate& c = last[found.complete ? chosen : 0];
+  if (!found.complete) final = {c.log_weight, c.onset.after, 0.0};
   found.log_weight = final.log_weight;
-
-  const Candidate* c = &last[chosen];
-  found.links.push_back({c->onset, final.after, final.excess, 0.0});
-  for (std::size_t k = n - 1; k > 0; --k) {
-    found.links.push_back(c->from);
-    c = &levels[k - 1][c->parent];
-  }
-  std::reverse(found.links.begin(), found.links.end());
+  found.links = links_of(&c, final);
   return found;
 }
 

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kLeastLeadIn_s = 0.1;  // before the first mark, even where the sound begins with it
 constexpr double kMostLeadIn_s = 0.5;
-constexpr double kStillAtEnd_s = 0.1;   // shown after coming to rest
+constexpr double kStillAtEnd_s = 0.1;      // shown after coming to rest
+constexpr int kMostUnasked = 200;          // audible hits after the last mark that was reached
 constexpr double kTailBeforeHit_s = 2e-3;  // an open motion ends this long before a hit that no mark asks for
 
 // What `succeeded` and `plausible` mean (CONVENTIONS.md).
@@ -28,11 +29,24 @@ void append(std::vector<Node>& nodes, std::vector<Hit>& hits, const Record& reco
   }
 }
 
+// A mark without a hit of its own: the nearest audible hit stands in, and no factor is left.
+void report_missed(const Motion& motion, const HearingOptions& hearing, double target_s, EventReport& event) {
+  double nearest = motion.end_s();
+  for (const Hit& hit : motion.hits())
+    if (hit.approach_speed_m_s >= hearing.audible_speed_m_s &&
+        std::abs(hit.time_s - target_s) < std::abs(nearest - target_s))
+      nearest = hit.time_s;
+  event = {target_s, nearest, nearest - target_s, 0.0, 1.0, 0.0, {}};
+  event.factors.time = 0.0;
+}
+
 }  // namespace
 
-Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks, const Found& found) {
-  const std::size_t n = marks.size();
+Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks,
+                       const Found& found) {
+  const std::size_t n = marks.size(), links = found.links.size();
   const Vec3& gravity = physics.simulation.gravity_m_s2;
+  const bool rest = marks.ending == Ending::rest;
   Runner runner(body, physics);
   std::vector<Node> nodes;
   std::vector<Hit> hits;
@@ -53,17 +67,17 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
   }
 
   double first_amplitude = 0.0, end = now;
-  for (std::size_t k = 0; k < n; ++k) {
+  for (std::size_t k = 0; k < links; ++k) {
     const Link& link = found.links[k];
-    const bool last = k + 1 == n;
+    const bool last = k + 1 == links;
     nodes.push_back({now, link.onset.before, Phase::flight});
     Hit first = link.onset.hit;
     first.time_s = now;
     hits.push_back(first);
 
     Record record;
-    const double limit = last ? (marks.ending == Ending::rest ? kLongestRest_s : kOpenTail_s) : kNever;
-    const Passage passage = runner.pass(link.onset, link.after, marks.durations_s[k], limit, &record);
+    const double limit = last ? (rest ? kLongestRest_s : kOpenTail_s) : kNever;
+    Passage passage = runner.pass(link.onset, link.after, marks.durations_s[k], limit, &record);
     append(nodes, hits, record, now);
 
     if (k == 0) first_amplitude = passage.event.amplitude;
@@ -78,20 +92,34 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
       event.retime = 1.0;
       event.excess = 0.0;
     }
-    solution.max_energy_gain_j = std::max(
-        solution.max_energy_gain_j, kinetic_energy(body, link.after) - kinetic_energy(body, link.onset.before));
+    solution.max_energy_gain_j =
+        std::max(solution.max_energy_gain_j,
+                 kinetic_energy(body, link.after) - kinetic_energy(body, link.onset.before));
 
     time.simulated_s.push_back(now);
     time.motion_s.push_back(marks.times_s[k]);
     if (last) {
       event.excess = std::max(event.excess, link.excess);
       event.factors.velocity *= velocity_factor(link.excess);
+      // What no mark asked for, or could have, goes as physics has it, to rest.
+      for (int more = 0; rest && passage.next != Next::rest && more < kMostUnasked; ++more) {
+        now += passage.interval_s;
+        nodes.push_back({now, passage.before, nodes.back().phase});
+        const Onset onset = runner.strike(passage.before);
+        Hit hit = onset.hit;
+        hit.time_s = now;
+        hits.push_back(hit);
+        Record unasked;
+        passage = runner.pass(onset, onset.after, 0.0, kLongestRest_s, &unasked);
+        append(nodes, hits, unasked, now);
+      }
       end = now + passage.interval_s;
+      nodes.push_back({end, passage.before, nodes.back().phase});
       if (passage.next == Next::rest) {
         end = std::max(end, now + passage.rest_s + physics.simulation.rest_duration_s) + kStillAtEnd_s;
-        nodes.push_back({end, nodes.back().state, Phase::rest});
-      } else {
-        end = now + passage.interval_s - (passage.next == Next::late ? 0.0 : kTailBeforeHit_s);
+        nodes.push_back({end, passage.before, Phase::rest});
+      } else if (passage.next != Next::late) {
+        end -= kTailBeforeHit_s;
       }
     } else {
       EventReport& next = solution.events[k + 1];
@@ -104,9 +132,9 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
       now += passage.interval_s;
     }
   }
-  // An open motion ends before the hit that stopped it, exactly on its flight or between two steps of contact.
-  const bool open = marks.ending == Ending::open;
-  if (open) {
+  // An open motion ends before the hit that stopped it, exactly on its flight or between two steps of
+  // contact.
+  if (!rest) {
     const Motion whole(body, gravity, nodes, hits, {});
     const State at_end = to_principal(body, whole.sample({end}, Side::before).front());
     while (nodes.size() > 1 && nodes.back().time_s >= end) nodes.pop_back();
@@ -138,6 +166,9 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
     begun = true;
   }
   solution.missed_hits = static_cast<int>(std::count(met.begin(), met.end(), 0));
+  for (std::size_t missed = 0; missed < n; ++missed)
+    if (!met[missed])
+      report_missed(*solution.motion, physics.hearing, marks.times_s[missed], solution.events[missed]);
 
   double most_retime = 1.0, most_excess = 0.0;
   std::vector<Factors> factors;
@@ -153,20 +184,22 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
   solution.max_penetration_m = solution.motion->max_penetration_m(solution.motion->dense_times());
   solution.restitution = body.material().restitution;
   solution.friction = body.material().friction;
-  const bool rested = open || nodes.back().phase == Phase::rest;
+  const bool rested = !rest || nodes.back().phase == Phase::rest;
   constexpr double kRounding = 1e-9;
   solution.succeeded = rested && solution.missed_hits == 0 && solution.extra_hits == 0 &&
                        solution.max_abs_error_s <= kOnTime_s && most_retime <= 1.0 + kMostRetime &&
                        solution.max_penetration_m <= kMostPenetration_m && solution.score >= kLeastScore &&
                        solution.max_energy_gain_j <= physics.energy_gain_j + kRounding;
-  solution.plausible =
-      solution.succeeded && most_excess <= 1.0 + kRounding && most_retime <= 1.0 + kPlausibleRetime + kRounding;
+  solution.plausible = solution.succeeded && most_excess <= 1.0 + kRounding &&
+                       most_retime <= 1.0 + kPlausibleRetime + kRounding;
   return solution;
 }
 
 bool better(const Solution& a, const Solution& b) {
   if (a.plausible != b.plausible) return a.plausible;
   if (a.succeeded != b.succeeded) return a.succeeded;
+  const int wrong_a = a.missed_hits + a.extra_hits, wrong_b = b.missed_hits + b.extra_hits;
+  if (wrong_a != wrong_b) return wrong_a < wrong_b;
   return a.score > b.score;
 }
 

@@ -5,9 +5,10 @@
 
 namespace ifa {
 
-Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks, const Found& found);
+Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks,
+                       const Found& found);
 
-// Better first: plausible, then succeeded, then by score.
+// Whether a is better: plausible, then succeeded, then fewer missed and extra hits, then the score.
 bool better(const Solution& a, const Solution& b);
 
 }  // namespace ifa

@@ -12,10 +12,12 @@ struct RootPoint {
   double x, value;
 };
 
-// Closes in on the sign change between two points: regula falsi (Illinois), halving where an end is not finite. At most
-// `refinements` values; stops at |f| <= tolerance, or where `f` is undefined. `f` may jump, and give +infinity.
+// Closes in on the sign change between two points: regula falsi (Illinois), halving where an end is not
+// finite. At most `refinements` values; stops at |f| <= tolerance, or where `f` is undefined. `f` may jump,
+// and give +infinity.
 template <class Function>
 void close_in(RootPoint low, RootPoint high, Function&& f, double tolerance, int refinements) {
+  int moved = 0;  // the end that the last value replaced
   for (int k = 0; k < refinements; ++k) {
     double x = 0.5 * (low.x + high.x);
     if (std::isfinite(low.value) && std::isfinite(high.value)) {
@@ -27,16 +29,18 @@ void close_in(RootPoint low, RootPoint high, Function&& f, double tolerance, int
     if (!value || std::abs(*value) <= tolerance) return;
     if ((*value > 0.0) == (low.value > 0.0)) {
       low = {x, *value};
-      high.value *= 0.5;
+      if (moved < 0) high.value *= 0.5;
+      moved = -1;
     } else {
       high = {x, *value};
-      low.value *= 0.5;
+      if (moved > 0) low.value *= 0.5;
+      moved = 1;
     }
   }
 }
 
-// Tries `trials` in turn until two neighbours differ in sign, then closes in between them. Returns all finite values
-// seen, the best last. `f` gives nothing where it is undefined.
+// Tries `trials` in turn until two neighbours differ in sign, then closes in between them. Returns all finite
+// values seen, the best last. `f` gives nothing where it is undefined.
 template <class Function>
 std::vector<RootPoint> find_root(Function&& f, const std::vector<double>& trials, double tolerance,
                                  int refinements) {

@@ -1,6 +1,7 @@
 #include "ifa/forward/solve.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <optional>
 
 #include "ifa/base/message.hpp"
@@ -14,6 +15,9 @@ struct Rung {
 };
 constexpr Rung kLadder[] = {{60, 3}, {150, 4}, {400, 4}, {1000, 5}, {2500, 6}};
 
+constexpr int kThriftyRung =
+    2;  // from here on the first plausible material ends the rung; before, the best one wins
+
 // Within the plausible region, then as far as a motion can go and still succeed.
 struct Tolerance {
   double excess, retime;
@@ -23,8 +27,8 @@ constexpr Tolerance kTolerances[] = {{1.0, 0.07}, {4.0, 0.25}};
 std::vector<Material> materials_to_try(const Body& body, bool fit) {
   std::vector<Material> materials{body.material()};
   if (!fit) return materials;
-  materials.clear();
   for (const double restitution : {0.6, 0.45, 0.3, 0.75}) {
+    if (std::abs(restitution - body.material().restitution) < 0.05) continue;
     Material material = body.material();
     material.restitution = restitution;
     materials.push_back(material);
@@ -42,7 +46,8 @@ Body with_material(const Body& body, const Material& material) {
 
 int rung_count() { return static_cast<int>(std::size(kLadder)); }
 
-Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions& options, Progress* progress) {
+Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions& options,
+                       Progress* progress) {
   SearchPhysics physics;
   physics.energy_gain_j = options.energy_gain_j;
   validate(marks, physics.hearing.merge_gap_s);
@@ -60,41 +65,45 @@ Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions&
     bodies.push_back(with_material(body, material));
 
   std::optional<Solution> best;
-  std::size_t reached = 0;
   double simulated_s = 0.0;
-  const int first = options.rung >= 0 ? options.rung : 0, last = options.rung >= 0 ? options.rung : rung_count() - 1;
+  const int first = options.rung >= 0 ? options.rung : 0,
+            last = options.rung >= 0 ? options.rung : rung_count() - 1;
   const double parts = static_cast<double>((last - first + 1) * std::size(kTolerances) * bodies.size());
-  double part = 0.0;
+  double part = 0.0, rung_s = 0.0;
   for (int rung = first; rung <= last; ++rung) {
-    if (rung > first && seconds_gone() > options.time_budget_s) break;
+    // A rung costs about as much more than the last one as it is larger; if it fails early, less. One that
+    // would not get a quarter done within the budget is not begun.
+    const double rung_began = seconds_gone();
+    if (rung > first) {
+      const double more = static_cast<double>(kLadder[rung].beam * kLadder[rung].proposals) /
+                          (kLadder[rung - 1].beam * kLadder[rung - 1].proposals);
+      if (rung_began + 0.25 * more * rung_s > options.time_budget_s) break;
+    }
     // A result is the rung's own: what an earlier one found competes with it only as a whole.
     std::optional<Solution> own;
     for (const Tolerance& tolerance : kTolerances) {
       for (const Body& candidate : bodies) {
         BeamOptions beam{kLadder[rung].beam, kLadder[rung].proposals, tolerance.excess, tolerance.retime,
-                         options.seed, options.threads};
-        const Found found =
-            search_beam(candidate, physics, marks, beam, progress, part / parts, (part + 1.0) / parts, simulated_s);
+                         options.seed,       options.threads};
+        const Found found = search_beam(candidate, physics, marks, beam, progress, part / parts,
+                                        (part + 1.0) / parts, simulated_s);
         part += 1.0;
-        reached = std::max(reached, found.reached);
         if (found.links.empty()) continue;
         Solution solution = make_solution(candidate, physics, marks, found);
         solution.rung = rung;
         if (!own || better(solution, *own)) own = std::move(solution);
-        if (own->plausible) break;
+        if (own->plausible && rung >= kThriftyRung) break;
       }
       if (own && own->succeeded) break;
     }
+    rung_s = seconds_gone() - rung_began;
     if (own && (!best || better(*own, *best))) best = std::move(own);
     if (best && best->plausible) break;
   }
   if (progress) progress->raise_to(1.0);
-  if (!best) {
-    if (reached == marks.size())
-      throw NoMotionError("no motion was found that ends as asked after the last mark, " +
-                          mark_name(marks.size() - 1, marks.times_s.back()));
-    throw NoMotionError("no motion was found that reaches " + mark_name(reached, marks.times_s[reached]));
-  }
+  if (!best)
+    throw NoMotionError("no first contact was found from which a flight could reach " +
+                        mark_name(0, marks.times_s[0]));
   best->simulated_s = simulated_s;
   return *best;
 }

@@ -11,7 +11,7 @@
 
 namespace ifa {
 
-// No motion reaches the last mark. ifa.NoMotionError
+// There is no motion to show: no first contact was found at all. ifa.NoMotionError
 class NoMotionError : public Error {
  public:
   using Error::Error;
@@ -28,11 +28,11 @@ struct SolveOptions {
 
 struct EventReport {
   double target_s, achieved_s;
-  double error_s;           // of the simulated interval that leads here, before retiming
-  double error_retimed_s;   // of the motion
-  double retime;            // the interval that leads here: in the motion over simulated
-  double excess;            // of the change that leads here; of the last event also the change after it, if larger
-  Factors factors;          // of the transition that leads here, and of this event's sound
+  double error_s;          // of the simulated interval that leads here, before retiming
+  double error_retimed_s;  // of the motion
+  double retime;           // the interval that leads here: in the motion over simulated
+  double excess;    // of the change that leads here; of the last event also the change after it, if larger
+  Factors factors;  // of the transition that leads here, and of this event's sound
 };
 
 struct Solution {
@@ -48,11 +48,11 @@ struct Solution {
   int rung = 0;
 };
 
-// The ladder: beams and proposals grow from rung to rung; on each, first within the plausible region, then beyond it
-// (a larger excess and more retiming, which may still succeed); with fit_material, each material in turn. The first
-// plausible motion ends the climb; otherwise the best so far is returned. The clock only decides whether another rung
-// begins, so a rung's result depends on the arguments alone. Throws NoMotionError naming the mark that was not
-// reached, Cancelled, or ArgumentError.
+// The ladder: beams and proposals grow from rung to rung; on each, first within the plausible region, then
+// beyond it (a larger excess and more retiming, which may still succeed); with fit_material, each material in
+// turn. The first plausible motion ends the climb; otherwise the best so far is returned, if need be one that
+// misses marks. The clock only decides whether another rung begins, so a rung's result depends on the
+// arguments alone. Throws NoMotionError, Cancelled, or ArgumentError.
 Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions& options, Progress* progress);
 
 int rung_count();

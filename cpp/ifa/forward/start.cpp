@@ -26,14 +26,30 @@ double clear_before(const Body& body, const State& first, const Vec3& gravity_m_
   return std::min(flight.next_contact(limit_s), limit_s);
 }
 
-std::optional<State> sample_start(const Body& body, const SearchPhysics& physics, const StartOptions& options,
-                                  RandomStream& random) {
-  State s;
-  s.orientation = random.rotation();
+namespace {
+
+// Moves the body down or up until its lowest point touches the ground.
+void put_on_ground(const Body& body, State& s) {
   const Vec3 up = s.orientation.conjugate() * kUp;
   double lowest = kNever;
   for (const Vec3& p : body.principal_vertices()) lowest = std::min(lowest, up.dot(p));
   s.position.z() = body.radius_m() - lowest;
+}
+
+bool usable(const Body& body, const SearchPhysics& physics, const StartOptions& options, const State& s) {
+  EventSimulation at(body, physics.simulation);
+  at.start(s, 0.0);
+  return at.approach_speed() >= physics.hearing.audible_speed_m_s * (1.0 + physics.margin) &&
+         clear_before(body, s, physics.simulation.gravity_m_s2, options.clear_s) >= options.clear_s;
+}
+
+}  // namespace
+
+std::optional<State> sample_start(const Body& body, const SearchPhysics& physics, const StartOptions& options,
+                                  RandomStream& random) {
+  State s;
+  s.orientation = random.rotation();
+  put_on_ground(body, s);
 
   constexpr double kDegree = std::numbers::pi / 180.0;
   const bool thrown = random.uniform() < 0.5;
@@ -42,16 +58,38 @@ std::optional<State> sample_start(const Body& body, const SearchPhysics& physics
   const double sine = std::sin(cone) * std::sqrt(random.uniform());
   const double azimuth = 2.0 * std::numbers::pi * random.uniform();
   const double speed = random.uniform(options.least_speed_m_s, options.most_speed_m_s);
-  s.velocity = speed * Vec3(sine * std::cos(azimuth), sine * std::sin(azimuth), -std::sqrt(1.0 - sine * sine));
+  s.velocity =
+      speed * Vec3(sine * std::cos(azimuth), sine * std::sin(azimuth), -std::sqrt(1.0 - sine * sine));
   const double most_spin = thrown ? std::max(20.0, speed / body.bounding_radius_m()) : 20.0;
   Vec3 axis = random.unit_vector();
-  if (thrown) axis = (kUp.cross(s.velocity).normalized() + 0.5 * axis).normalized();  // mostly rolling forwards
+  if (thrown)
+    axis = (kUp.cross(s.velocity).normalized() + 0.5 * axis).normalized();  // mostly rolling forwards
   s.angular_velocity = axis * random.uniform(0.0, most_spin);
 
-  EventSimulation at(body, physics.simulation);
-  at.start(s, 0.0);
-  if (at.approach_speed() < physics.hearing.audible_speed_m_s * (1.0 + physics.margin)) return std::nullopt;
-  if (clear_before(body, s, physics.simulation.gravity_m_s2, options.clear_s) < options.clear_s) return std::nullopt;
+  if (!usable(body, physics, options, s)) return std::nullopt;
+  return s;
+}
+
+std::optional<State> sample_touchdown(const Body& body, const SearchPhysics& physics,
+                                      const StartOptions& options, RandomStream& random) {
+  State drop;
+  drop.orientation = random.rotation();
+  put_on_ground(body, drop);
+  drop.velocity.z() = -random.uniform(0.1, 1.0);
+  constexpr double kLongestDrop_s = 5.0;
+  SimulationOptions brief = physics.simulation;
+  brief.max_impacts = 300;  // a drop that chatters on is given up
+  const Run run = simulate(body, drop, brief, kLongestDrop_s);
+  if (run.status != RunStatus::rest) return std::nullopt;
+  const double tilt = std::pow(10.0, random.uniform(-4.0, -1.0));
+  State s;
+  s.orientation =
+      (rotation_exp(tilt * random.unit_vector()) * run.nodes.back().state.orientation).normalized();
+  put_on_ground(body, s);
+  s.velocity = Vec3(random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2),
+                    -0.06 * std::pow(1.0 / 0.06, random.uniform()));
+  s.angular_velocity = Vec3(0.0, 0.0, random.uniform(-3.0, 3.0));
+  if (!usable(body, physics, options, s)) return std::nullopt;
   return s;
 }
 

@@ -11,20 +11,27 @@ namespace ifa {
 struct StartOptions {
   double least_speed_m_s;  // speed: uniform between these
   double most_speed_m_s;
-  double clear_s;          // the flight before must last this long
+  double clear_s;  // the flight before must last this long
 };
 
 // The paper's 0.5 to 4 m/s; further where a gap between marks needs it.
 StartOptions start_options(const Body& body, const Marks& marks, double gravity_m_s2);
 
-// A random pre-contact state in principal axes: any orientation, pushed into contact at its lowest point, a velocity
-// cosine-weighted about straight down, a spin of random direction. Half are dropped (the paper's 30 degrees and up to
-// 20 rad/s), half are thrown to roll (the paper's 80 degrees for rolling bodies, and a spin up to that of rolling). None if the lowest point does not approach audibly
-// or the flight before is too short.
+// A random pre-contact state in principal axes: any orientation, pushed into contact at its lowest point, a
+// velocity cosine-weighted about straight down, a spin of random direction. Half are dropped (the paper's 30
+// degrees and up to 20 rad/s), half are thrown to roll (the paper's 80 degrees for rolling bodies, and a spin
+// up to that of rolling). None if the lowest point does not approach audibly or the flight before is too
+// short.
 std::optional<State> sample_start(const Body& body, const SearchPhysics& physics, const StartOptions& options,
                                   RandomStream& random);
 
-// How long the flight before `first` can be followed backwards before something touches the ground, at most `limit_s`.
+// A gentle touchdown near a pose in which the body can rest, for a motion that shall rest after a single
+// mark: the end of a random drop, tilted by 1e-4 to 0.1 rad, falling at 0.06 to 1 m/s. None as above.
+std::optional<State> sample_touchdown(const Body& body, const SearchPhysics& physics,
+                                      const StartOptions& options, RandomStream& random);
+
+// How long the flight before `first` can be followed backwards before something touches the ground, at most
+// `limit_s`.
 double clear_before(const Body& body, const State& first, const Vec3& gravity_m_s2, double limit_s);
 
 }  // namespace ifa

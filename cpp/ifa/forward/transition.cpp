@@ -73,7 +73,6 @@ Passage Runner::pass(const Onset& onset, const State& after, double span_s, doub
       if (!event.chains(simulation_.time_s())) {
         dubious |= gap < hearing.merge_gap_s * (1.0 + physics_.margin);
         passage.next = Next::hit;
-        passage.before = simulation_.state();
         break;
       }
       dubious |= gap > hearing.merge_gap_s * (1.0 - physics_.margin) && span_s == 0.0;
@@ -86,6 +85,7 @@ Passage Runner::pass(const Onset& onset, const State& after, double span_s, doub
     }
   }
   simulated_s_ += passage.interval_s;
+  passage.before = simulation_.state();
   passage.event = event.event();
   if (dubious && passage.next != Next::late) passage.next = Next::dubious;
   return passage;

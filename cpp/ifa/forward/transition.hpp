@@ -29,10 +29,10 @@ enum class Next { hit, rest, late, dubious };
 
 struct Passage {
   Next next = Next::late;
-  double interval_s = 0.0;   // from the event to the next one (or to where the run ended)
-  Event event;               // the event it began with, chain and all
-  State before;              // where next is hit: the state just before the next event
-  double rest_s = 0.0;       // where next is rest: when it began, from the event
+  double interval_s = 0.0;  // from the event to the next one (or to where the run ended)
+  Event event;              // the event it began with, chain and all
+  State before;             // at the end; where next is hit, just before the next event's impact
+  double rest_s = 0.0;      // where next is rest: when it began, from the event
 };
 
 // Where a recorded passage goes.
@@ -44,13 +44,15 @@ struct Record {
 // Not thread-safe; make one for each worker. Body and physics must outlive it.
 class Runner {
  public:
-  Runner(const Body& body, const SearchPhysics& physics) : body_(body), physics_(physics), simulation_(body, physics.simulation) {}
+  Runner(const Body& body, const SearchPhysics& physics)
+      : body_(body), physics_(physics), simulation_(body, physics.simulation) {}
 
   Onset strike(const State& before);
 
-  // From just after the onset's impact, with `after` in place of its own outcome, until the next event begins, the
-  // body rests, or `limit_s`. `span_s` is the duration of the mark that the event shall meet.
-  Passage pass(const Onset& onset, const State& after, double span_s, double limit_s, Record* record = nullptr);
+  // From just after the onset's impact, with `after` in place of its own outcome, until the next event
+  // begins, the body rests, or `limit_s`. `span_s` is the duration of the mark that the event shall meet.
+  Passage pass(const Onset& onset, const State& after, double span_s, double limit_s,
+               Record* record = nullptr);
 
   // Makes touching points not approach any more, without restitution; true if there was something to do.
   bool settle(State& state);

@@ -46,8 +46,12 @@ double TimeMap::rate(double t, bool after) const {
   return (simulated_s[i] - simulated_s[i - 1]) / (motion_s[i] - motion_s[i - 1]);
 }
 
-Motion::Motion(Body body, const Vec3& gravity_m_s2, std::vector<Node> nodes, std::vector<Hit> hits, TimeMap time)
-    : body_(std::move(body)), gravity_(gravity_m_s2), nodes_(std::move(nodes)), hits_(std::move(hits)),
+Motion::Motion(Body body, const Vec3& gravity_m_s2, std::vector<Node> nodes, std::vector<Hit> hits,
+               TimeMap time)
+    : body_(std::move(body)),
+      gravity_(gravity_m_s2),
+      nodes_(std::move(nodes)),
+      hits_(std::move(hits)),
       time_(std::move(time)) {
   if (nodes_.empty()) throw ArgumentError("nodes: a motion needs at least one");
 }
@@ -73,9 +77,10 @@ std::vector<State> Motion::sample(const std::vector<double>& times_s, Side side)
       s.angular_velocity.setZero();
     } else {
       // `next` is the node that ends the interval of t; at an impact the side decides.
-      const auto place =
-          after ? std::upper_bound(nodes_.begin(), nodes_.end(), t, [](double x, const Node& n) { return x < n.time_s; })
-                : std::lower_bound(nodes_.begin(), nodes_.end(), t, [](const Node& n, double x) { return n.time_s < x; });
+      const auto place = after ? std::upper_bound(nodes_.begin(), nodes_.end(), t,
+                                                  [](double x, const Node& n) { return x < n.time_s; })
+                               : std::lower_bound(nodes_.begin(), nodes_.end(), t,
+                                                  [](const Node& n, double x) { return n.time_s < x; });
       if (place == nodes_.begin() || place == nodes_.end()) {
         s = (place == nodes_.begin() ? nodes_.front() : nodes_.back()).state;
       } else {
@@ -116,7 +121,8 @@ std::vector<double> Motion::dense_times(double rate_hz) const {
     const double begin = times.back();
     if (end <= begin || end > end_s()) continue;
     constexpr int kLeastSteps = 5;
-    const int steps = std::max(kLeastSteps, static_cast<int>(std::ceil((end - begin) * rate_hz * (1.0 + 1e-9))));
+    const int steps =
+        std::max(kLeastSteps, static_cast<int>(std::ceil((end - begin) * rate_hz * (1.0 + 1e-9))));
     for (int i = 1; i < steps; ++i) {
       const double t = begin + (end - begin) * i / steps;
       if (t > times.back() && t < end) times.push_back(t);

@@ -8,7 +8,8 @@
 
 namespace ifa {
 
-// Simulated time against motion time, linear between knots and of slope 1 outside them. Both increase strictly.
+// Simulated time against motion time, linear between knots and of slope 1 outside them. Both increase
+// strictly.
 struct TimeMap {
   std::vector<double> simulated_s, motion_s;
 
@@ -20,8 +21,9 @@ struct TimeMap {
 
 enum class Side { before, after };  // of an impact, where the velocities jump
 
-// Poses between nodes: flight in closed form; sustained contact by a cubic through positions and velocities, and
-// by the shortest rotation. Held still before the first node and after the last. Immutable; owns its body.
+// Poses between nodes: flight in closed form; sustained contact by a cubic through positions and velocities,
+// and by the shortest rotation. Held still before the first node and after the last. Immutable; owns its
+// body.
 class Motion {
  public:
   // Nodes in principal axes and simulated time, hits in simulated time, both ordered in time.
@@ -39,8 +41,8 @@ class Motion {
   // In body axes and motion time; velocities are those that are seen, retiming included.
   std::vector<State> sample(const std::vector<double>& times_s, Side side = Side::after) const;
 
-  // Times from start to end at `rate_hz` or denser, with every impact instant, and at least five steps between
-  // two of them: enough to find the contacts again from the poses alone.
+  // Times from start to end at `rate_hz` or denser, with every impact instant, and at least five steps
+  // between two of them: enough to find the contacts again from the poses alone.
   std::vector<double> dense_times(double rate_hz = 1000.0) const;
 
   // How far below the ground a hull point is at the dense times, at most; 0 if none is.

@@ -9,10 +9,11 @@ namespace ifa {
 namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-constexpr double kStalled = 1e-5;  // of the fastest point's speed: a remainder that nobody sees
+constexpr double kStalled = 3e-6;  // of the fastest point's speed: a remainder that nobody sees
 
-// The impulse of a sliding point. With d = (c, s) the unit slip direction after, J = J_n (-mu d, 1), the normal
-// speed after is the target, and the slip after, u_t, points along d. Of u_t x d = 0 remains one equation for d,
+// The impulse of a sliding point. With d = (c, s) the unit slip direction after, J = J_n (-mu d, 1), the
+// normal speed after is the target, and the slip after, u_t, points along d. Of u_t x d = 0 remains one
+// equation for d,
 //   (d x f) (K_nn - mu k.d) + a (d x k - mu d x A d) = 0,  a = target - free_n,
 // with the point's matrix K = [A k; k^T K_nn] and f the tangential velocity without its impulse.
 struct Slide {
@@ -31,7 +32,7 @@ struct Slide {
     const double a = target - free.z();
     const double across = c * free.y() - s * free.x(), along = c * free.x() + s * free.y();
     const double k_across = c * ky - s * kx, k_along = c * kx + s * ky;
-    const double twist = c * s * (a11 - a00) + (c * c - s * s) * a01;        // d x A d
+    const double twist = c * s * (a11 - a00) + (c * c - s * s) * a01;  // d x A d
     const double twist_slope = (c * c - s * s) * (a11 - a00) - 4.0 * c * s * a01;
     const double open = matrix(2, 2) - friction * k_along;
     return {across * open + a * (k_across - friction * twist),
@@ -68,7 +69,8 @@ struct Slide {
     const auto direction = [](double angle) { return Vec2(std::cos(angle), std::sin(angle)); };
     double best = -1.0;
     for (int i = 0; i < kDirections; ++i) {
-      double low = 2 * std::numbers::pi * i / kDirections, high = 2 * std::numbers::pi * (i + 1) / kDirections;
+      double low = 2 * std::numbers::pi * i / kDirections,
+             high = 2 * std::numbers::pi * (i + 1) / kDirections;
       const double at_low = at(direction(low)).residual;
       if (at_low * at(direction(high)).residual > 0.0) continue;
       for (int halving = 0; halving < 60; ++halving) {
@@ -91,7 +93,8 @@ Vec3 solve_point(const Mat3& matrix, const Mat3& inverse, const Vec3& free, doub
   if (free.z() >= target) return Vec3::Zero();
   if (friction == 0.0) return {0.0, 0.0, (target - free.z()) / matrix(2, 2)};
   const Vec3 stick = inverse * Vec3(-free.x(), -free.y(), target - free.z());
-  if (stick.z() >= 0.0 && stick.head<2>().squaredNorm() <= friction * friction * stick.z() * stick.z()) return stick;
+  if (stick.z() >= 0.0 && stick.head<2>().squaredNorm() <= friction * friction * stick.z() * stick.z())
+    return stick;
   const Slide slide{matrix, free, target, friction};
   Vec3 impulse;
   const double before = previous.head<2>().norm(), slip = free.head<2>().norm();
@@ -105,9 +108,10 @@ Vec3 solve_point(const Mat3& matrix, const Mat3& inverse, const Vec3& free, doub
   return {-share * normal * d.x(), -share * normal * d.y(), normal};
 }
 
-// Normal impulses that reach the targets without friction: the least-norm solution, so that a symmetric body is
-// loaded symmetrically, and a good start for the sweeps where points are redundant. The n x n matrix of the
-// normal problem is J J^T with rows J_i = (1 / sqrt(m), L^T (r_i x up)), L L^T the horizontal inverse inertia.
+// Normal impulses that reach the targets without friction: the least-norm solution, so that a symmetric body
+// is loaded symmetrically, and a good start for the sweeps where points are redundant. The n x n matrix of
+// the normal problem is J J^T with rows J_i = (1 / sqrt(m), L^T (r_i x up)), L L^T the horizontal inverse
+// inertia.
 void share_load(const ContactBody& body, std::vector<ContactPoint>& points, const Vec3& velocity,
                 const Vec3& angular_velocity) {
   const Mat2 l = Eigen::LLT<Mat2>(body.inverse_inertia.topLeftCorner<2, 2>()).matrixL();
@@ -156,8 +160,9 @@ void ContactSolver::solve(const ContactBody& body, std::vector<ContactPoint>& po
   const Mat2 roll_mass = torques ? Mat2(body.inverse_inertia.topLeftCorner<2, 2>().inverse()) : Mat2::Zero();
   Vec3 torque = Vec3::Zero();  // angular impulse of rolling and spin friction so far
 
-  // Redundant points that slide may have targets that no impulses reach exactly: the impulses then drift between
-  // the points while the motion stands still but for a remainder. Sweeps that stopped gaining end there.
+  // Redundant points that slide may have targets that no impulses reach exactly: the impulses then drift
+  // between the points while the motion stands still but for a remainder. Sweeps that stopped gaining end
+  // there.
   double previous_change = kUnbounded;
   int stalled = 0;
   for (int sweep = 0; sweep < max_sweeps; ++sweep) {
@@ -166,9 +171,8 @@ void ContactSolver::solve(const ContactBody& body, std::vector<ContactPoint>& po
       ContactPoint& p = points[i];
       const Vec3 now = velocity + angular_velocity.cross(p.arm);
       const Vec3 free = now - local_[i] * p.impulse;
-      const Vec3 impulse =
-          solve_point(local_[i], local_inverse_[i], free, p.target_speed, body.friction, p.impulse,
-                                       n == 1 && !torques);
+      const Vec3 impulse = solve_point(local_[i], local_inverse_[i], free, p.target_speed, body.friction,
+                                       p.impulse, n == 1 && !torques);
       const Vec3 delta = impulse - p.impulse;
       if (delta.isZero(0.0)) continue;
       p.impulse = impulse;
@@ -192,7 +196,7 @@ void ContactSolver::solve(const ContactBody& body, std::vector<ContactPoint>& po
     }
     if (change <= tolerance || (n == 1 && !torques)) return;
     stalled = change > 0.7 * previous_change ? stalled + 1 : 0;
-    if (stalled >= 4 && change <= kStalled * speed) return;
+    if (n >= 3 && stalled >= 4 && change <= kStalled * speed) return;
     previous_change = change;
   }
 }

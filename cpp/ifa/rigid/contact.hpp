@@ -8,8 +8,8 @@
 namespace ifa {
 
 struct ContactPoint {
-  Vec3 arm;                    // from the centre of mass to the contact point, world axes, m
-  double target_speed = 0.0;   // least normal speed after, m/s: -e times the approach, or 0
+  Vec3 arm;                     // from the centre of mass to the contact point, world axes, m
+  double target_speed = 0.0;    // least normal speed after, m/s: -e times the approach, or 0
   Vec3 impulse = Vec3::Zero();  // on the body, world axes, N s
   int vertex = -1;
 };
@@ -23,10 +23,10 @@ struct ContactBody {
 };
 
 // Finds impulses with v_n >= target, J_n >= 0, complementary, |J_t| <= mu J_n, and J_t = -mu J_n along the
-// remaining slip where it slips (Coulomb's law, a true cone), by block Gauss-Seidel with an exact solve at each
-// point; a single point takes one sweep. Rolling and spin friction are torques about the horizontal and the
-// vertical, at most their length times the normal impulse. Sweeps begin from the points' impulses; all zero, three points
-// or more begin from an even share. Changes velocity and angular velocity in place.
+// remaining slip where it slips (Coulomb's law, a true cone), by block Gauss-Seidel with an exact solve at
+// each point; a single point takes one sweep. Rolling and spin friction are torques about the horizontal and
+// the vertical, at most their length times the normal impulse. Sweeps begin from the points' impulses; all
+// zero, three points or more begin from an even share. Changes velocity and angular velocity in place.
 // `tolerance` is the largest change of any velocity (m/s, and rad/s times the arm) in the last sweep.
 class ContactSolver {
  public:

@@ -1,7 +1,9 @@
 #include "ifa/rigid/event_engine.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 
 namespace ifa {
 namespace {
@@ -9,9 +11,10 @@ namespace {
 // Of the body's size: points this near to the ground touch it. Above the rounding of the flight's root and
 // the projection's tolerance, far below anything visible.
 constexpr double kTouchShare = 1e-8;
-constexpr double kLargestTurn = 0.05;      // rad in one step of sustained contact
-constexpr double kStepTolerance = 1e-8;   // m/s, of the contact problem in a step
+constexpr double kLargestTurn = 0.05;    // rad in one step of sustained contact
+constexpr double kStepTolerance = 1e-8;  // m/s, of the contact problem in a step
 constexpr int kStepSweeps = 100;
+constexpr double kSoftLanding = 0.1;  // of the micro speed: a slower landing is no impact
 
 }  // namespace
 
@@ -59,20 +62,62 @@ void EventSimulation::find_touching() {
   }
 }
 
+// The points that impulses act on: all that touch, or of a whole rim those furthest out in eight directions
+// (the others lie within their span) and the one that approaches fastest.
+void EventSimulation::choose_bearing(const Quat& orientation) {
+  constexpr std::size_t kFew = 8;
+  points_.clear();
+  const auto add = [&](int vertex, const Vec3& arm) {
+    ContactPoint p;
+    p.arm = arm;
+    p.vertex = vertex;
+    points_.push_back(p);
+  };
+  const auto arm_of = [&](int i) {
+    return Vec3(orientation * body_->principal_vertices()[i] - body_->radius_m() * kUp);
+  };
+  if (touching_.size() <= kFew) {
+    for (const int i : touching_) add(i, arm_of(i));
+    return;
+  }
+  std::array<int, kFew + 1> chosen;
+  std::array<double, kFew + 1> best;
+  best.fill(-kNever);
+  for (const int i : touching_) {
+    const Vec3 arm = arm_of(i);
+    const double d = std::numbers::sqrt2 / 2.0, x = arm.x(), y = arm.y();
+    const std::array<double, kFew + 1> reach = {
+        x,           d * (x + y), y,
+        d * (y - x), -x,          -d * (x + y),
+        -y,          d * (x - y), -state_.angular_velocity.cross(arm).z()};
+    for (std::size_t k = 0; k < reach.size(); ++k)
+      if (reach[k] > best[k]) {
+        best[k] = reach[k];
+        chosen[k] = i;
+      }
+  }
+  std::sort(chosen.begin(), chosen.end());
+  const auto end = std::unique(chosen.begin(), chosen.end());
+  for (auto i = chosen.begin(); i != end; ++i) add(*i, arm_of(*i));
+}
+
 double EventSimulation::separation_speed() const {
   double least = kNever;
   for (const int i : touching_) {
-    const Vec3 arm = state_.orientation * body_->principal_vertices()[i] - body_->radius_m() * kUp;
-    least = std::min(least, state_.velocity.z() + state_.angular_velocity.cross(arm).z());
+    least = std::min(least, -approach_of(state_, i));
   }
   return least;
 }
 
 double EventSimulation::approach_speed() const { return std::max(0.0, -separation_speed()); }
 
-// Points that neither bounce nor fall off need sustained contact.
+// Points that neither bounce nor fall off need sustained contact. The slowest bounce that `resolve` gives
+// leaves at restitution times the micro speed; the floor is above rounding.
 void EventSimulation::choose_phase() {
-  enter(separation_speed() <= options_.micro_speed_m_s ? Phase::contact : Phase::flight);
+  constexpr double kLeastBounce = 1e-6;  // m/s
+  const double bounce =
+      std::max(kLeastBounce, 0.999 * body_->material().restitution * options_.micro_speed_m_s);
+  enter(separation_speed() < bounce ? Phase::contact : Phase::flight);
 }
 
 void EventSimulation::perturb(const Vec3& velocity, const Vec3& angular_velocity) {
@@ -109,13 +154,7 @@ Hit EventSimulation::resolve() {
   hit.time_s = time_s_;
   hit.approach_speed_m_s = approach_speed();
   if (nodes_ && (nodes_->empty() || nodes_->back().time_s != time_s_)) record(phase_);
-  points_.clear();
-  for (const int i : touching_) {
-    ContactPoint p;
-    p.arm = state_.orientation * body_->principal_vertices()[i] - body_->radius_m() * kUp;
-    p.vertex = i;
-    points_.push_back(p);
-  }
+  choose_bearing(state_.orientation);
   const ImpactResult result = resolve_impact(*body_, options_.micro_speed_m_s, solver_, points_, state_);
   hit.impulse_n_s = result.impulse_n_s;
   hit.position_m = result.position_m;
@@ -123,8 +162,9 @@ Hit EventSimulation::resolve() {
   return hit;
 }
 
-// One step with the touching points held above the ground. Forces are evaluated at the predicted pose, so that
-// a pivot's centripetal force turns with it; positions advance by the mean velocity (exact for free fall).
+// One step with the touching points held above the ground. Forces are evaluated at the predicted pose, so
+// that a pivot's centripetal force turns with it; positions advance by the mean velocity (exact for free
+// fall).
 EventSimulation::Step EventSimulation::try_step(double length_s) {
   const State& s = state_;
   State next = s;
@@ -133,20 +173,13 @@ EventSimulation::Step EventSimulation::try_step(double length_s) {
   const Mat3 inverse_inertia = inverse_inertia_world(*body_, predicted);
   if (!body_->isotropic()) {  // the angular momentum stays, the inertia turns
     const Vec3 spin = s.orientation.conjugate() * s.angular_velocity;
-    next.angular_velocity =
-        inverse_inertia * (s.orientation * body_->principal_inertia().cwiseProduct(spin));
+    next.angular_velocity = inverse_inertia * (s.orientation * body_->principal_inertia().cwiseProduct(spin));
   }
   const Material& material = body_->material();
-  const ContactBody problem{body_->mass_kg(), inverse_inertia, material.friction,
-                            material.rolling_friction_m, material.spin_friction_m};
-  points_.clear();
-  for (const int i : touching_) {
-    ContactPoint p;
-    p.arm = predicted * body_->principal_vertices()[i] - body_->radius_m() * kUp;
-    p.vertex = i;
-    p.impulse = length_s * forces_[i];
-    points_.push_back(p);
-  }
+  const ContactBody problem{body_->mass_kg(), inverse_inertia, material.friction, material.rolling_friction_m,
+                            material.spin_friction_m};
+  choose_bearing(predicted);
+  for (ContactPoint& p : points_) p.impulse = length_s * forces_[p.vertex];
   solver_.solve(problem, points_, next.velocity, next.angular_velocity, kStepTolerance, kStepSweeps);
 
   Step step{next, 0.0, 0.0, 0};
@@ -162,8 +195,14 @@ EventSimulation::Step EventSimulation::try_step(double length_s) {
   }
   step.state.position = s.position + 0.5 * length_s * (s.velocity + next.velocity);
   step.state.orientation =
-      (rotation_exp(0.5 * length_s * (s.angular_velocity + next.angular_velocity)) * s.orientation).normalized();
+      (rotation_exp(0.5 * length_s * (s.angular_velocity + next.angular_velocity)) * s.orientation)
+          .normalized();
   return step;
+}
+
+double EventSimulation::approach_of(const State& state, int vertex) const {
+  const Vec3 arm = state.orientation * body_->principal_vertices()[vertex] - body_->radius_m() * kUp;
+  return -(state.velocity.z() + state.angular_velocity.cross(arm).z());
 }
 
 double EventSimulation::lowest_newcomer(const State& state, int* vertex) const {
@@ -185,10 +224,32 @@ double EventSimulation::lowest_newcomer(const State& state, int* vertex) const {
 // Moves the pose so that held points are on the ground and none is below: the least change in the metric of
 // the mass matrix, by Gauss-Seidel. Undoes the step's second-order drift.
 void EventSimulation::project(State& state, int newcomer) {
+  if (newcomer >= 0) holding_.push_back(newcomer);
+  const auto& vertices = body_->principal_vertices();
+  // Holding some points may push others below the ground: those are then held too.
+  for (int round = 0; round < 4; ++round) {
+    hold_on_ground(state);
+    const Vec3 up = state.orientation.conjugate() * kUp;
+    const double z = state.position.z() - body_->radius_m();
+    const std::size_t held = holding_.size();
+    double lowest = 0.0;
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const double h = z + up.dot(vertices[i]);
+      lowest = std::min(lowest, h);
+      const int vertex = static_cast<int>(i);
+      if (h < -touch_m_ && std::find(holding_.begin(), holding_.end(), vertex) == holding_.end())
+        holding_.push_back(vertex);
+    }
+    if (holding_.size() > held && round < 3) continue;
+    state.position.z() -= lowest;
+    return;
+  }
+}
+
+void EventSimulation::hold_on_ground(State& state) const {
   const auto& vertices = body_->principal_vertices();
   const Mat3 inverse_inertia = inverse_inertia_world(*body_, state.orientation);
   const double inverse_mass = 1.0 / body_->mass_kg();
-  if (newcomer >= 0) holding_.push_back(newcomer);
   for (int round = 0; round < 3; ++round) {
     const Mat3 r = state.orientation.toRotationMatrix();
     const double z = state.position.z() - body_->radius_m();
@@ -213,11 +274,6 @@ void EventSimulation::project(State& state, int newcomer) {
     state.orientation = (rotation_exp(turn) * state.orientation).normalized();
     if (worst <= 0.1 * touch_m_) break;
   }
-  const Vec3 up = state.orientation.conjugate() * kUp;
-  double lowest = 0.0;
-  for (const int i : touching_)
-    lowest = std::min(lowest, state.position.z() - body_->radius_m() + up.dot(vertices[i]));
-  state.position.z() -= lowest;
 }
 
 double EventSimulation::energy(const State& state) const {
@@ -246,11 +302,14 @@ std::optional<EventSimulation::Stop> EventSimulation::advance_contact(double unt
   Step step = try_step(length);
   int newcomer = -1;
   double clearance = lowest_newcomer(step.state, &newcomer);
-  if (clearance < 0.0) {
+  if (clearance < 0.0 && approach_of(step.state, newcomer) < kSoftLanding * options_.micro_speed_m_s) {
+    newcomer =
+        -1;  // settles: the projection holds it, and from the next step on it is one of the touching points
+  } else if (clearance < 0.0) {
     // A point lands within the step: find the step that ends as it touches (regula falsi, Illinois).
     double low = 0.0, high = length, h_high = clearance;
     const double landing_m = 1e-6 * body_->bounding_radius_m();  // the projection closes the rest
-    int ignored = -1;
+    int ignored = -1, moved = 0;
     double h_low = std::max(lowest_newcomer(state_, &ignored), 0.1 * touch_m_);
     for (int i = 0; i < 40 && std::abs(clearance) > landing_m; ++i) {
       length = std::clamp((low * h_high - high * h_low) / (h_high - h_low), low, high);
@@ -260,11 +319,13 @@ std::optional<EventSimulation::Stop> EventSimulation::advance_contact(double unt
       if (clearance < 0.0) {
         high = length;
         h_high = clearance;
-        h_low *= 0.5;
+        if (moved > 0) h_low *= 0.5;
+        moved = 1;
       } else {
         low = length;
         h_low = clearance;
-        h_high *= 0.5;
+        if (moved < 0) h_high *= 0.5;
+        moved = -1;
       }
     }
   } else {
@@ -295,8 +356,7 @@ std::optional<EventSimulation::Stop> EventSimulation::advance_contact(double unt
 }
 
 bool EventSimulation::check_rest(const Step& step, double length_s) {
-  const double speed =
-      state_.velocity.norm() + state_.angular_velocity.norm() * body_->bounding_radius_m();
+  const double speed = state_.velocity.norm() + state_.angular_velocity.norm() * body_->bounding_radius_m();
   if (speed >= options_.rest_speed_m_s || step.loaded == 0) {
     slow_ = false;
     still_steps_ = 0;
@@ -309,7 +369,24 @@ bool EventSimulation::check_rest(const Step& step, double length_s) {
   // On three points, or on one round one, standing still is for good: no need to watch it for 50 ms.
   const bool stable = step.loaded >= 3 || (body_->vertices().size() == 1);
   still_steps_ = stable && speed < 1e-3 * options_.rest_speed_m_s ? still_steps_ + 1 : 0;
-  return still_steps_ >= 3 || time_s_ - slow_since_s_ >= options_.rest_duration_s;
+  return still_steps_ >= 3 || (time_s_ - slow_since_s_ >= options_.rest_duration_s && supported());
+}
+
+// Whether the mass centre is over the touching points: seen from above, they leave no gap of more than half a
+// turn around it. A body that balances on an edge for a moment is not at rest.
+bool EventSimulation::supported() const {
+  const double near = 1e-3 * body_->bounding_radius_m();
+  std::vector<double> angles;
+  for (const int i : touching_) {
+    const Vec3 arm = state_.orientation * body_->principal_vertices()[i];
+    if (arm.head<2>().norm() <= near) return true;
+    angles.push_back(std::atan2(arm.y(), arm.x()));
+  }
+  if (angles.size() < 2) return false;
+  std::sort(angles.begin(), angles.end());
+  double gap = angles.front() + 2.0 * std::numbers::pi - angles.back();
+  for (std::size_t i = 1; i < angles.size(); ++i) gap = std::max(gap, angles[i] - angles[i - 1]);
+  return gap <= std::numbers::pi + 1e-3;
 }
 
 Run simulate(const Body& body, const State& state, const SimulationOptions& options, double until_s,

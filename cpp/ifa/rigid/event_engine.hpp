@@ -1,4 +1,5 @@
-// engine="event": flight in closed form, impacts at their exact instants, small steps only in sustained contact.
+// engine="event": flight in closed form, impacts at their exact instants, small steps only in sustained
+// contact.
 #pragma once
 
 #include <optional>
@@ -13,10 +14,10 @@ namespace ifa {
 
 struct SimulationOptions {
   Vec3 gravity_m_s2{0.0, 0.0, -9.81};
-  double step_s = 1e-3;            // of sustained contact
-  double micro_speed_m_s = 0.01;   // impacts slower than this do not bounce, or a bounce never ends (Zeno)
-  double rest_speed_m_s = 0.01;    // rest: every hull point slower than this ...
-  double rest_duration_s = 0.05;   // ... for this long
+  double step_s = 1e-3;           // of sustained contact
+  double micro_speed_m_s = 0.01;  // impacts slower than this do not bounce, or a bounce never ends (Zeno)
+  double rest_speed_m_s = 0.01;   // rest: every hull point slower than this ...
+  double rest_duration_s = 0.05;  // ... for this long
   int max_impacts = 100000;
 };
 
@@ -28,8 +29,8 @@ class EventSimulation {
 
   EventSimulation(const Body& body, const SimulationOptions& options);
 
-  // `nodes` and `loads`, where given, receive the motion and the steps of sustained contact. The state may touch
-  // the ground, it must not be below it (by more than 1e-6 of its size).
+  // `nodes` and `loads`, where given, receive the motion and the steps of sustained contact. The state may
+  // touch the ground, it must not be below it (by more than 1e-6 of its size).
   void start(const State& state, double time_s, std::vector<Node>* nodes = nullptr,
              std::vector<Load>* loads = nullptr);
 
@@ -57,16 +58,20 @@ class EventSimulation {
 
   void find_touching();
   void choose_phase();
+  void choose_bearing(const Quat& orientation);
   void enter(Phase phase);
   void record(Phase phase);
   Stop advance_flight(double until_s);
   std::optional<Stop> advance_contact(double until_s);
   Step try_step(double length_s);
   double lowest_newcomer(const State& state, int* vertex) const;
+  double approach_of(const State& state, int vertex) const;
   void project(State& state, int newcomer);
+  void hold_on_ground(State& state) const;
   void limit_energy(State& state) const;
   double energy(const State& state) const;
   bool check_rest(const Step& step, double length_s);
+  bool supported() const;
 
   const Body* body_;
   SimulationOptions options_;
@@ -89,8 +94,8 @@ class EventSimulation {
 };
 
 // Resolves the impact of `state` at the points `arms` (world axes, from the centre of mass): a Newton target
-// -e v_n at each point that approaches faster than `micro_speed`, Coulomb's cone, and where the kinetic energy
-// would grow, the whole impulse blended towards that of e = 0 until it does not. Changes `state`.
+// -e v_n at each point that approaches faster than `micro_speed`, Coulomb's cone, and where the kinetic
+// energy would grow, the whole impulse blended towards that of e = 0 until it does not. Changes `state`.
 struct ImpactResult {
   Vec3 impulse_n_s = Vec3::Zero();
   Vec3 position_m = Vec3::Zero();

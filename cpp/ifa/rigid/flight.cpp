@@ -49,7 +49,8 @@ void Flight::start(const State& state, const Vec3& gravity_m_s2) {
   }
 }
 
-Flight::Piece Flight::make_piece(double start_s, const Quat& q, const Vec3& body_spin, double direction) const {
+Flight::Piece Flight::make_piece(double start_s, const Quat& q, const Vec3& body_spin,
+                                 double direction) const {
   Piece piece;
   piece.start_s = start_s;
   const Vec3& inertia = body_->principal_inertia();
@@ -165,8 +166,7 @@ State Flight::at(double time_s) const {
   rotation_at(time_s, s.orientation, body_spin);
   s.position = start_.position + time_s * (start_.velocity + 0.5 * time_s * gravity_);
   s.velocity = start_.velocity + time_s * gravity_;
-  s.angular_velocity =
-      body_->isotropic() ? start_.angular_velocity : Vec3(s.orientation * body_spin);
+  s.angular_velocity = body_->isotropic() ? start_.angular_velocity : Vec3(s.orientation * body_spin);
   return s;
 }
 
@@ -186,8 +186,8 @@ double Flight::next_contact(double until_s) const {
   Vec3 up, up_rate;
   for (int i = 0; i < kMaxAdvances && t <= until_s; ++i) {
     up_at(t, up, up_rate);
-    const double z = start_.position.z() - body_->radius_m() +
-                     t * (start_.velocity.z() + 0.5 * t * gravity_.z());
+    const double z =
+        start_.position.z() - body_->radius_m() + t * (start_.velocity.z() + 0.5 * t * gravity_.z());
     const double vz = start_.velocity.z() + t * gravity_.z();
     double step = kNever;
     for (const Vec3& p : body_->principal_vertices()) {
@@ -209,7 +209,7 @@ double Flight::next_contact(double until_s) const {
     }
     t += step;
   }
-  return kNever;
+  return t <= until_s ? t : kNever;  // absurdly fast spin: stop here, the caller goes on from this instant
 }
 
 }  // namespace ifa

@@ -52,7 +52,7 @@ class Flight {
   Vec3 body_spin_ = Vec3::Zero();  // at the start, principal axes
   Vec3 up_ = kUp;                  // at the start, principal axes
   double spin_ = 0.0;
-  double curvature_bound_ = 0.0;   // A above
+  double curvature_bound_ = 0.0;  // A above
   mutable std::vector<Piece> ahead_, behind_;
 };
 

@@ -21,7 +21,8 @@ double kinetic_energy(const Body& body, const State& state) {
 ImpactResult resolve_impact(const Body& body, double micro_speed, ContactSolver& solver,
                             std::vector<ContactPoint>& points, State& state) {
   const Material& material = body.material();
-  const ContactBody problem{body.mass_kg(), inverse_inertia_world(body, state.orientation), material.friction};
+  const ContactBody problem{body.mass_kg(), inverse_inertia_world(body, state.orientation),
+                            material.friction};
   double scale = 0.0;
   bool bounces = false;
   for (ContactPoint& p : points) {

@@ -9,7 +9,7 @@ namespace ifa {
 // World axes throughout. `orientation` maps body axes to world axes at the boundary and principal axes
 // to world axes inside the engines; `to_principal` and `to_body` convert.
 struct State {
-  Vec3 position = Vec3::Zero();          // of the centre of mass, m
+  Vec3 position = Vec3::Zero();  // of the centre of mass, m
   Quat orientation = Quat::Identity();
   Vec3 velocity = Vec3::Zero();          // of the centre of mass, m/s
   Vec3 angular_velocity = Vec3::Zero();  // rad/s, world axes

@@ -13,7 +13,8 @@ struct HearingOptions {
 };
 
 // An event: a chain of audible hits, timed at its first. A chain shorter than the merge gap is discrete
-// (length 0). Inside the span of a mark with a duration, slip under load sounds too and hits chain over any gap.
+// (length 0). Inside the span of a mark with a duration, slip under load sounds too and hits chain over any
+// gap.
 struct Event {
   double time_s = 0.0;
   double length_s = 0.0;

@@ -61,12 +61,15 @@ double time_factor(double interval_s, double target_s) {
 
 double amplitude_factor(double amplitude, double target) { return gaussian(kAmplitude, amplitude - target); }
 double length_factor(double length_s, double target_s) { return gaussian(kDuration, length_s - target_s); }
-double centroid_factor(double centroid_s, double target_s) { return gaussian(kDuration, centroid_s - target_s); }
+double centroid_factor(double centroid_s, double target_s) {
+  return gaussian(kDuration, centroid_s - target_s);
+}
 
 Factors sound_factors(const Event& event, const Marks& marks, std::size_t k, double first_amplitude) {
   Factors f;
   if (!marks.amplitudes.empty() && k > 0)
-    f.amplitude = amplitude_factor(event.amplitude / first_amplitude, marks.amplitudes[k] / marks.amplitudes[0]);
+    f.amplitude =
+        amplitude_factor(event.amplitude / first_amplitude, marks.amplitudes[k] / marks.amplitudes[0]);
   if (event.length_s > 0.0 || marks.durations_s[k] > 0.0) {
     f.length = length_factor(event.length_s, marks.durations_s[k]);
     if (marks.durations_s[k] > 0.0 && !std::isnan(marks.centroids_s[k]))
