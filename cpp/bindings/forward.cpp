@@ -54,7 +54,8 @@ py::dict from_solution(const Solution& s) {
 }  // namespace
 
 void bind_forward(py::module_& m) {
-  py::register_exception<NoMotionError>(m, "NoMotionError", m.attr("IfaError"));
+  auto& no_motion = py::register_exception<NoMotionError>(m, "NoMotionError", m.attr("IfaError"));
+  no_motion.doc() = "There is no motion to show: no first contact was found for this body and these marks.";
   m.attr("RUNGS") = rung_count();
   m.def(
       "solve_forward",

@@ -36,7 +36,9 @@ class State:
         velocity_m_s: ArrayLike = (0.0, 0.0, 0.0),
         angular_velocity_rad_s: ArrayLike = (0.0, 0.0, 0.0),
     ) -> None:
-        rows: tuple[int | None, ...] = () if np.ndim(position_m) < 2 else (len(np.asarray(position_m)),)
+        rows: tuple[int | None, ...] = (
+            () if np.ndim(position_m) < 2 else (len(np.asarray(position_m)),)
+        )
         for field, value, width in (
             ("position_m", position_m, 3),
             ("quaternion_wxyz", quaternion_wxyz, 4),
@@ -95,9 +97,9 @@ class Hits:
 class Run:
     """What a simulation yields.
 
-    status: "rest", "time_limit" or "impact_limit". times_s (n,): the start, both sides of each impact,
-    each step of sustained contact and the end. states: n rows. hits: every impact. rest_s: when rest
-    began, or None.
+    status: "rest", "time_limit" or "impact_limit". times_s (n,): the start, both sides of each
+    impact, each step of sustained contact and the end. states: n rows. hits: every impact. rest_s:
+    when rest began, or None.
     """
 
     status: str
@@ -125,16 +127,18 @@ def fly(
 ) -> State:
     """Torque-free flight of a body from one state, exact, as if there were no ground.
 
-    times_s: (n,), s from the state, of any sign. gravity_m_s2: its size, downwards, or a vector (3,).
-    Returns a State with n rows. The position is a parabola; the rotation solves Euler's equations, by a
-    constant spin for an isotropic body and a Taylor series to rounding otherwise.
+    times_s: (n,), s from the state, of any sign. gravity_m_s2: its size, downwards, or a vector
+    (3,). Returns a State with n rows. The position is a parabola; the rotation solves Euler's
+    equations, by a constant spin for an isotropic body and a Taylor series to rounding otherwise.
     """
     _single(state)
     times = arguments.array(times_s, "times_s", (None,))
     if not np.isfinite(times).all():
         raise IfaValueError("times_s: must be finite")
     gravity = (
-        np.zeros(3) if np.ndim(gravity_m_s2) == 0 and gravity_m_s2 == 0 else gravity_vector(gravity_m_s2)
+        np.zeros(3)
+        if np.ndim(gravity_m_s2) == 0 and gravity_m_s2 == 0
+        else gravity_vector(gravity_m_s2)
     )
     return State(*_core.fly(body._core, *_parts(state), times, gravity))
 
@@ -151,8 +155,8 @@ def simulate(
     """A body's motion from one state above the ground z = 0, to rest or to `until_s`.
 
     engine="event": flight in closed form, impacts at their exact instants over all touching points
-    (Newton restitution, Coulomb cone, energy never grows), steps of `step_s` in sustained contact only.
-    until_s: s from the state; None runs to rest, which takes gravity that points down. Raises
+    (Newton restitution, Coulomb cone, energy never grows), steps of `step_s` in sustained contact
+    only. until_s: s from the state; None runs to rest, which takes gravity that points down. Raises
     IfaValueError naming the argument, ifa.Cancelled.
     """
     _single(state)

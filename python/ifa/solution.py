@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -32,14 +32,14 @@ class Motion:
     ) -> None:
         """Wrap a motion of the core; motions come from `ifa.solve`."""
         self._core = core
-        #: What was done to the motion, for a verifier to check: for each mark, the interval that leads to
-        #: it over the same as simulated, and the energy that a contact was allowed to add.
+        #: What was done to the motion, for a verifier to check: for each mark, the interval that
+        #: leads to it over the same as simulated, and the energy that a contact could add.
         self.retime = tuple(retime)
         self.energy_gain_j = energy_gain_j
 
     @property
     def start_s(self) -> float:
-        """Where the motion begins, s; negative where the first mark needs a run-up before the sound."""
+        """Where the motion begins, s; negative where it must begin before the sound."""
         return self._core.start_s
 
     @property
@@ -59,15 +59,17 @@ class Motion:
         return dict(zip(names, self._core.hits(), strict=True))
 
     def sample(self, times_s: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """Poses at times_s (n,): positions (n, 3) of the centre of mass, m, quaternions (n, 4), wxyz.
+        """Poses at times_s (n,): positions (n, 3) of the centre of mass, quaternions (n, 4).
 
-        The sign of each quaternion follows its predecessor's. Raises IfaValueError for times that are
-        not finite.
+        Metres; wxyz, from body to world axes. The sign of each quaternion follows its predecessor's. Raises IfaValueError for times that
+        are not finite.
         """
         positions, quaternions, _, _ = self._core.sample(_times(times_s))
         return positions, quaternions
 
-    def sample_velocity(self, times_s: ArrayLike, side: str = "right") -> tuple[np.ndarray, np.ndarray]:
+    def sample_velocity(
+        self, times_s: ArrayLike, side: str = "right"
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Velocities (n, 3), m/s, and angular velocities (n, 3), rad/s, world axes, as seen.
 
         At an impact they jump: side="left" is just before it, "right" just after.
@@ -103,9 +105,10 @@ class Event:
 
     target_s, achieved_s: the mark and the motion's hit. error_s: of the interval that leads here as
     simulated, before retiming. error_retimed_s: achieved_s - target_s. retime: that interval in the
-    motion over simulated. excess: |C v_eval|^2 of the change made to the impact that leads here (1 is the
-    edge of plausibility); the last event's also covers the change that brings the body to rest. factors:
-    velocity, orientation, time, amplitude, length and centroid, each in [0, 1] (paper eqs. 3 to 8).
+    motion over simulated. excess: |C v_eval|^2 of the change made to the impact that leads here (1
+    is the edge of plausibility); the last event's also covers the change that brings the body to
+    rest. factors: velocity, orientation, time, amplitude, length and centroid, each in [0, 1]
+    (paper eqs. 3 to 8).
     """
 
     target_s: float
@@ -146,18 +149,15 @@ class Solution:
 
     def to_dict(self) -> dict[str, Any]:
         """What `ifa solve --json` prints: every figure, JSON-ready, without the motion."""
-        fields = (
-            "score score_without_sound succeeded plausible method events max_abs_error_s missed_hits "
-            "extra_hits max_penetration_m max_energy_gain_j energy_gain_j solve_s simulated_s effects "
-            "restitution friction seed rung"
-        ).split()
-        out = {field: getattr(self, field) for field in fields}
+        left_out = {"motion", "body", "marks"}
+        names = [field.name for field in fields(self) if field.name not in left_out]
+        out = {name: getattr(self, name) for name in names}
         out["events"] = [vars(event) for event in self.events]
         out["version"] = _core.__version__
         return out
 
     def write(self, path: FilePath) -> None:
-        """Write OUT.json: `to_dict`, the body, the marks, the hits and the poses at 1 kHz or denser.
+        """Write OUT.json: `to_dict`, body, marks, hits, and poses at 1 kHz or denser.
 
         Raises IfaFileError; nothing half-written is left.
         """
@@ -193,15 +193,16 @@ def solve(
     """Find a motion of `body` whose audible hits land on `marks`.
 
     material: "given" keeps the body's restitution and friction, "fit" chooses the restitution.
-    energy_gain_j: how much a contact may add to the energy. time_budget_s: the search climbs a ladder of
-    rungs until a motion is plausible; once the budget is over, no further rung is begun. rung: run just
-    this one, so that the result depends on no clock. threads: None is one for each core; the result does
-    not depend on it. progress: read its `fraction` and call its `cancel()` from another thread.
+    energy_gain_j: how much a contact may add to the energy. time_budget_s: the search climbs a
+    ladder of rungs until a motion is plausible; once the budget is over, no further rung is begun.
+    rung: run just this one, so that the result depends on no clock. threads: None is one for each
+    core; the result does not depend on it. progress: read its `fraction` and call its `cancel()`
+    from another thread.
 
-    Raises IfaValueError naming the argument or the mark, NoMotionError where no motion reaches the marks,
-    Cancelled. A motion that reaches them is returned even if it is not `succeeded`. Method: a beam search
-    forwards from event to event; each impact is changed within the plausibility region of the paper
-    (section 5.4) so that the next audible hit comes in time.
+    Raises IfaValueError naming the argument or the mark, NoMotionError where no motion reaches the
+    marks, Cancelled. A motion that reaches them is returned even if it is not `succeeded`. Method:
+    a beam search forwards from event to event; each impact is changed within the plausibility
+    region of the paper (section 5.4) so that the next audible hit comes in time.
     """
     if not isinstance(body, Body):
         raise IfaValueError("body: needs an ifa.Body")
@@ -267,6 +268,10 @@ def _only(value: str, field: str, wanted: str) -> None:
 
 
 def _whole(value: Any, field: str, largest: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 <= value <= largest:
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | np.integer)
+        or not 0 <= value <= largest
+    ):
         raise IfaValueError(f"{field}: must be a whole number from 0 to {largest}, got {value!r}")
     return int(value)
