@@ -61,8 +61,8 @@ class Motion:
     def sample(self, times_s: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Poses at times_s (n,): positions (n, 3) of the centre of mass, quaternions (n, 4).
 
-        Metres; wxyz, from body to world axes. The sign of each quaternion follows its predecessor's. Raises IfaValueError for times that
-        are not finite.
+        Metres; wxyz, from body to world axes, the sign of each following its predecessor's. Raises
+        IfaValueError for times that are not finite.
         """
         positions, quaternions, _, _ = self._core.sample(_times(times_s))
         return positions, quaternions
