@@ -22,6 +22,8 @@ from ifa.body import Body
 from ifa.body_files import read_fields
 from ifa.marks import Signature
 
+_TRIVIAL = 1e-9  # a retiming by rounding is none
+
 
 class SampledMotion(Protocol):
     """What `verify` reads of a motion; `ifa.Motion` is one."""
@@ -113,6 +115,10 @@ class Certificate:
     at_rest: bool
     rest_s: float
     """At rest from here on; the motion's end where it never is."""
+    claimed_retime: tuple[float, ...]
+    """For each mark, the ratio that was relied on: flights must show gravity over its square."""
+    claimed_energy_gain_j: float
+    """What a contact was allowed to add."""
     options: Mapping[str, float] = field(repr=False)
     """The options of `verify` that this was found with."""
 
@@ -139,6 +145,14 @@ class Certificate:
             f"energy gain: {self.max_energy_gain_j:.3g} J",
             f"at rest from {self.rest_s:.3f} s" if self.at_rest else "not at rest at the end",
         ]
+        claims = []
+        retiming = max((max(r, 1.0 / r) - 1.0 for r in self.claimed_retime), default=0.0)
+        if retiming > _TRIVIAL:
+            claims.append(f"retiming of up to {100 * retiming:.3g} %")
+        if self.claimed_energy_gain_j > 0.0:
+            claims.append(f"{self.claimed_energy_gain_j:.3g} J that a contact may add")
+        if claims:
+            lines.append(f"relies on the claims: {'; '.join(claims)}")
         return "\n".join(lines + [f"- {failure}" for failure in self.failures])
 
 
@@ -172,7 +186,8 @@ def verify(
         marks: When contacts should happen.
         retime: Shape (len(marks),): the claimed ratio of the length of the transition to each mark,
             retimed over simulated. Flights must show gravity divided by its square. Left out:
-            those of the file's `events`, or 1.
+            what the motion claims (a file in its `events`), or 1; also 1 where it claims for
+            another number of marks, as it was then not made for these.
         energy_gain_j: What a contact may add. Left out: the file's, or 0.
         audible_speed_m_s: Impacts slower than this are silent. Within 5 % of it an impact may count
             as either, whichever suits the marks. Compared before retiming.
@@ -213,24 +228,31 @@ def verify(
         if not isinstance(motion, Mapping):
             raise IfaFileError(f"{source}does not hold a motion")
     try:
+        ratios = (
+            _claimed_retime(motion, len(marks)) if retime is None
+            else array(retime, "retime", (None,))
+        )  # fmt: skip
+        gain = (
+            _claimed_gain(motion) if energy_gain_j is None
+            else number(energy_gain_j, "energy_gain_j")
+        )  # fmt: skip
         found = _core.verify(
             **_poses(motion),
             body=body._core,
             mark_times_s=marks.times_s,
             mark_durations_s=marks.durations_s,
             rest=marks.ending == "rest",
-            retime=_claimed_retime(motion, len(marks)) if retime is None
-            else array(retime, "retime", (None,)),
-            energy_gain_j=_claimed_gain(motion) if energy_gain_j is None
-            else number(energy_gain_j, "energy_gain_j"),
+            retime=ratios,
+            energy_gain_j=gain,
             options=options,
-        )  # fmt: skip
+        )
     except IfaValueError as error:
         raise IfaValueError(f"{source}{error}") from None
     for key, kind in _PARTS.items():
         found[key] = tuple(kind(**part) for part in found[key])
     for key in ("failures", "extra_events_s"):
         found[key] = tuple(found[key])
+    found |= {"claimed_retime": tuple(ratios.tolist()), "claimed_energy_gain_j": gain}
     return Certificate(**found, options=options)
 
 
@@ -266,15 +288,14 @@ def _poses(motion: SampledMotion | Mapping[str, Any]) -> dict[str, NDArray[np.fl
 def _claimed_retime(motion: Any, count: int) -> NDArray[np.float64]:
     if not isinstance(motion, Mapping):
         claimed = getattr(motion, "retime", ())
-        return array(claimed, "retime", (None,)) if len(claimed) else np.ones(count)
+        return array(claimed, "retime", (None,)) if len(claimed) == count else np.ones(count)
     if "events" not in motion:
         return np.ones(count)
     events = motion["events"]
     if not isinstance(events, list) or not all(isinstance(event, Mapping) for event in events):
         raise IfaValueError("events: must be a list of objects")
-    if len(events) != count:
-        raise IfaValueError(f"events: has {len(events)} entries for {count} marks")
-    return np.array(list(_ratios(events)))
+    ratios = np.array(list(_ratios(events)))
+    return ratios if len(ratios) == count else np.ones(count)
 
 
 def _ratios(events: list[Mapping[str, Any]]) -> Iterator[float]:
