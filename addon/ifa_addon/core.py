@@ -15,8 +15,6 @@ from types import ModuleType
 
 import numpy as np
 
-MET_WITHIN_S = 1e-3  # a mark counts as met when it is hit this closely after retiming
-
 _added_paths: list[str] = []
 
 
@@ -146,29 +144,6 @@ def describe(outcome: Outcome) -> str:
     figures = f"score {solution.score:.2f}, worst error {worst_error_ms(outcome):.2f} ms"
     if solution.succeeded:
         return f"Solved: {figures}, {'plausible' if solution.plausible else 'not plausible'}"
-    # Not (error <= limit) also catches the NaN of a mark that no hit was found for.
-    off = [
-        f"'{name}' ({1e3 * event.error_retimed_s:+.1f} ms)"
-        for name, event in zip(outcome.mark_names, solution.events, strict=False)
-        if not abs(event.error_retimed_s) <= MET_WITHIN_S
-    ]
-    missing = [f"'{name}'" for name in outcome.mark_names[len(solution.events) :]]
-    reasons = []
-    if off:
-        reasons.append("off at " + ", ".join(off))
-    if missing:
-        reasons.append("no hit for " + ", ".join(missing))
-    extra = getattr(solution, "extra_hits", ())
-    extra = extra if isinstance(extra, int) else len(extra)
-    if extra:
-        reasons.append(f"{extra} hit{'s' if extra > 1 else ''} without a mark")
-    if not reasons:
-        stretched = [
-            f"'{name}' ({100 * (event.retime - 1):+.0f} %)"
-            for name, event in zip(outcome.mark_names, solution.events, strict=False)
-            if not abs(event.retime - 1) <= 0.3
-        ]
-        reasons.append(
-            "too much retiming before " + ", ".join(stretched) if stretched else "score too low"
-        )
+    report = importlib.import_module("ifa.report")
+    reasons = report.shortcomings(solution, outcome.mark_names, open_ending="Ending: Open")
     return f"No acceptable motion: {'; '.join(reasons)} ({figures}); the best one found is keyed"

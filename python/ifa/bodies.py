@@ -152,10 +152,10 @@ def get(name: str, surface: str = "desk") -> Body:
     Raises:
         IfaValueError: no such body or surface; the message lists those that exist.
     """
-    entry = _LIBRARY.get(name)
+    entry = _LIBRARY.get(name) if isinstance(name, str) else None
     if entry is None:
-        raise IfaValueError(f"body: no '{name}' in the library; it has {', '.join(_LIBRARY)}")
-    if surface not in _ROLLING_M:
+        raise IfaValueError(f"body: no {name!r} in the library; it has {', '.join(_LIBRARY)}")
+    if not isinstance(surface, str) or surface not in _ROLLING_M:
         raise IfaValueError(f"surface: no '{surface}'; there are {', '.join(_ROLLING_M)}")
     restitution, friction = _MATERIALS[entry.material][surface]
     return entry.make(

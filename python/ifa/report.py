@@ -5,39 +5,100 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from ifa.marks import MERGE_GAP_S
 from ifa.solution import Event, Solution
 
 # CONVENTIONS.md, "Accuracy of a solve"
 _MET_WITHIN_S = 1e-3
-_LARGEST_RETIME = 0.30
+_LARGEST_RETIMING = 0.30  # of max(r, 1/r) - 1
 _LEAST_SCORE = 0.3
 _LARGEST_PENETRATION_M = 1e-4
+_AUDIBLE_SPEED_M_S = 0.05
+_ROUNDING_J = 1e-9
+_SAME_S = 1e-9  # a hit's time and the same time as an event's
 
 
-def shortcomings(solution: Solution) -> list[str]:
-    """Why a solution did not succeed, one phrase for each reason; empty if it did."""
+def shortcomings(
+    solution: Solution, names: Sequence[str] = (), open_ending: str = "--ending open"
+) -> list[str]:
+    """Why a solution did not succeed, one phrase for each reason; empty if it did.
+
+    names: of the marks, where they have any. open_ending: how the reader asks for an open ending.
+    """
     if solution.succeeded:
         return []
+    called = [f"'{name}'" for name in names] or [
+        f"mark {k}" for k in range(1, len(solution.events) + 1)
+    ]
+    events = list(zip(called, solution.events, strict=True))
     reasons = []
-    off = _marks(solution.events, lambda e: abs(e.error_retimed_s) <= _MET_WITHIN_S)
+    # not (error <= limit) also catches NaN
+    off = [(name, e.error_retimed_s) for name, e in events if not _met(e)]
     if off:
-        reasons.append(f"missed by more than {1e3 * _MET_WITHIN_S:g} ms: {off}")
-    stretched = _marks(solution.events, lambda e: abs(e.retime - 1.0) <= _LARGEST_RETIME)
-    if stretched:
-        reasons.append(f"retimed by more than {100 * _LARGEST_RETIME:g} %: {stretched}")
+        marks = ", ".join(f"{name} ({1e3 * error_s:+.1f} ms)" for name, error_s in off)
+        reasons.append(f"off at {marks}")
     if solution.missed_hits:
-        reasons.append(f"marks without a hit: {solution.missed_hits}")
-    if solution.extra_hits:
-        reasons.append(f"hits without a mark: {solution.extra_hits}")
+        reasons.append(f"{_count(solution.missed_hits, 'mark')} without a hit")
+    reasons += _unasked(solution, open_ending)
+    stretched = [(name, e) for name, e in events if not e.retiming <= _LARGEST_RETIMING]
+    if stretched:
+        marks = ", ".join(f"{name} ({signed_percent(e):+.0f} %)" for name, e in stretched)
+        reasons.append(f"too much retiming before {marks}")
     if solution.score < _LEAST_SCORE:
         reasons.append(f"score below {_LEAST_SCORE:g}")
     if solution.max_penetration_m > _LARGEST_PENETRATION_M:
         reasons.append(f"penetration of {1e3 * solution.max_penetration_m:.2g} mm")
-    return reasons or ["the ending or the energy is not as asked"]
+    if solution.max_energy_gain_j > solution.energy_gain_j + _ROUNDING_J:
+        reasons.append(f"a contact adds {solution.max_energy_gain_j:.2g} J")
+    return reasons or ["it does not come to rest after the last mark"]
 
 
-def _marks(events: Sequence[Event], good: Any) -> str:
-    return ", ".join(f"mark {k}" for k, event in enumerate(events, start=1) if not good(event))
+def _unasked(solution: Solution, open_ending: str) -> list[str]:
+    """Phrases for the hits without a mark: before the last mark, and after it."""
+    if not solution.extra_hits:
+        return []
+    marks = solution.marks
+    last_s = marks.times_s[-1] + marks.durations_s[-1]
+    times_s = _unasked_times_s(solution)
+    before = [t for t in times_s if t <= last_s]
+    after = [t for t in times_s if t > last_s]
+    if not times_s:  # heard before retiming only
+        return [f"{_count(solution.extra_hits, 'hit')} without a mark"]
+    phrases = []
+    if before:
+        phrases.append(f"{_count(len(before), 'hit')} without a mark, first at {before[0]:.3f} s")
+    if after:
+        what = f"{_count(len(after), 'hit')} after the last mark, first at {after[0]:.3f} s"
+        if not before and marks.ending == "rest":
+            what += f" (mark {'it' if len(after) == 1 else 'them'} too, or use {open_ending})"
+        phrases.append(what)
+    return phrases
+
+
+def _unasked_times_s(solution: Solution) -> list[float]:
+    """When each chain of audible hits begins that belongs to no mark."""
+    spans = [
+        (event.achieved_s - _SAME_S, event.achieved_s + duration_s + _SAME_S)
+        for event, duration_s in zip(solution.events, solution.marks.durations_s, strict=True)
+        if _met(event)
+    ]
+    hits = solution.motion.hits
+    heard = hits["time_s"][hits["approach_speed_m_s"] >= _AUDIBLE_SPEED_M_S]
+    begins = [t for k, t in enumerate(heard) if k == 0 or t - heard[k - 1] >= MERGE_GAP_S]
+    return [float(t) for t in begins if not any(a <= t <= b for a, b in spans)]
+
+
+def _met(event: Event) -> bool:
+    return abs(event.error_retimed_s) <= _MET_WITHIN_S
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def signed_percent(event: Event) -> float:
+    """The retiming that leads to a mark in percent, negative where the motion was made faster."""
+    return 100.0 * (event.retiming if event.retime >= 1.0 else -event.retiming)
 
 
 def verdict(solution: Solution) -> str:
@@ -67,7 +128,7 @@ def solution_text(solution: Solution) -> str:
                 f"{event.target_s:.4f}",
                 f"{1e3 * event.error_s:+.2f}",
                 f"{1e3 * event.error_retimed_s:+.3f}",
-                f"{100.0 * (event.retime - 1.0):+.2f}",
+                f"{signed_percent(event):+.2f}",
                 f"{event.excess:.3f}",
             )
         )

@@ -20,6 +20,8 @@ from ifa.marks import Signature
 from ifa.sound import FilePath
 from ifa.text_files import write_text
 
+_MOST_THREADS = 4096
+
 
 class Motion:
     """A rigid-body motion over the sound's time: exact between contacts, sampled at any time.
@@ -119,6 +121,11 @@ class Event:
     excess: float
     factors: dict[str, float]
 
+    @property
+    def retiming(self) -> float:
+        """How far `retime` is from 1, the same for faster and slower: max(r, 1/r) - 1."""
+        return max(self.retime, 1.0 / self.retime) - 1.0
+
 
 @dataclass(frozen=True)
 class Solution:
@@ -195,14 +202,15 @@ def solve(
     material: "given" keeps the body's restitution and friction, "fit" chooses the restitution.
     energy_gain_j: how much a contact may add to the energy. time_budget_s: the search climbs a
     ladder of rungs until a motion is plausible; once the budget is over, no further rung is begun.
-    rung: run just this one, so that the result depends on no clock. threads: None is one for each
-    core; the result does not depend on it. progress: read its `fraction` and call its `cancel()`
-    from another thread.
+    rung: run just this one, so that the result depends on no clock: the same seed and rung give the
+    same motion, byte for byte. threads: 1 or more, None is one for each core; the result does not
+    depend on it. progress: read its `fraction` and call its `cancel()` from another thread.
 
-    Raises IfaValueError naming the argument or the mark, NoMotionError where no motion reaches the
-    marks, Cancelled. A motion that reaches them is returned even if it is not `succeeded`. Method:
-    a beam search forwards from event to event; each impact is changed within the plausibility
-    region of the paper (section 5.4) so that the next audible hit comes in time.
+    The best motion found is returned even if it is not `succeeded`; it may miss marks
+    (`missed_hits` above 0) or hit where there is none (`extra_hits`). Raises IfaValueError naming
+    the argument or the mark, NoMotionError where not even a first contact was found, Cancelled.
+    Method: a beam search forwards from event to event; each impact is changed within the
+    plausibility region of the paper (section 5.4) so that the next audible hit comes in time.
     """
     if not isinstance(body, Body):
         raise IfaValueError("body: needs an ifa.Body")
@@ -212,10 +220,12 @@ def solve(
     _only(events, "events", "audible")
     if material not in ("given", "fit"):
         raise IfaValueError(f'material: must be "given" or "fit", got {material!r}')
-    if takes != 1:
+    if isinstance(takes, bool) or not isinstance(takes, int | np.integer) or takes != 1:
         raise IfaValueError(f"takes: this version finds 1, got {takes!r}")
-    if len(constraints):
-        raise IfaValueError("constraints: this version knows none")
+    if not isinstance(constraints, Sequence) or len(constraints):
+        raise IfaValueError(f"constraints: this version knows none, got {constraints!r}")
+    if progress is not None and not isinstance(progress, _core.Progress):
+        raise IfaValueError(f"progress: needs an ifa.Progress or None, got {progress!r}")
     gain = arguments.number(energy_gain_j, "energy_gain_j")
     if not 0.0 <= gain < np.inf:
         raise IfaValueError(f"energy_gain_j: must be finite and 0 or more, got {gain:g}")
@@ -225,7 +235,7 @@ def solve(
         marks._marks,
         seed=_whole(seed, "seed", 2**64 - 1),
         time_budget_s=arguments.positive(time_budget_s, "time_budget_s"),
-        threads=0 if threads is None else max(1, _whole(threads, "threads", 4096)),
+        threads=0 if threads is None else _threads(threads),
         fit_material=material == "fit",
         energy_gain_j=gain,
         rung=-1 if rung is None else _whole(rung, "rung", _core.RUNGS - 1),
@@ -265,6 +275,16 @@ def _times(times_s: ArrayLike) -> np.ndarray:
 def _only(value: str, field: str, wanted: str) -> None:
     if value != wanted:
         raise IfaValueError(f'{field}: this version has "{wanted}", got {value!r}')
+
+
+def _threads(value: Any) -> int:
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or not 1 <= value <= _MOST_THREADS:
+        raise IfaValueError(
+            f"threads: must be a whole number from 1 to {_MOST_THREADS}, or None for one for each "
+            f"core, got {value!r}"
+        )
+    return int(value)
 
 
 def _whole(value: Any, field: str, largest: int) -> int:

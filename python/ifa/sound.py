@@ -12,8 +12,11 @@ FilePath = str | os.PathLike[str]
 
 
 def file_name(path: FilePath) -> str:
-    """The path as a string; IfaFileError for one that no file can have."""
-    name = os.fspath(path)
+    """The path as a string; IfaFileError for one that no file can have, else IfaValueError."""
+    try:
+        name = os.fspath(path)
+    except TypeError:
+        raise _core.IfaValueError(f"path: must name a file, got {path!r}") from None
     if not isinstance(name, str) or not name or "\0" in name:
         raise _core.IfaFileError(f"{name!r} is no file name")
     return name
