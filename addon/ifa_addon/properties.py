@@ -93,7 +93,7 @@ class IFA_PG_object(bpy.types.PropertyGroup):
         name="Material",
         items=[
             ("GIVEN", "Given", "Use restitution and friction as set"),
-            ("FIT", "Fit", "Fit restitution and friction to the marks"),
+            ("FIT", "Fit", "Fit the restitution to the marks; friction as set"),
         ],
     )
     marker_filter: StringProperty(

@@ -1,8 +1,8 @@
 """The command line: `ifa solve`, `ifa verify`, `ifa bodies`.
 
-Exit codes: 0 done, 2 bad input, 3 no acceptable motion (the best one is still written), 4
-cancelled. With `--json` stdout holds one JSON object and nothing else; everything for the eye goes
-to stderr.
+Exit codes: 0 done, 2 bad input, 3 no acceptable motion (the best one is still written, unless not
+even a first contact was found), 4 cancelled. With `--json` stdout holds one JSON object and nothing
+else; everything for the eye goes to stderr.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="ifa",
         description="Rigid-body motion whose contacts land on the marks of a sound.",
-        epilog="Exit codes: 0 done, 2 bad input, 3 no acceptable motion, 4 cancelled.",
+        epilog="Exit codes: 0 done, 2 bad input, 3 no acceptable motion (solve still writes the "
+        "best one, which may miss marks), 4 cancelled.",
     )
     parser.add_argument("--version", action="version", version=f"ifa {ifa.__version__}")
     verbs = parser.add_subparsers(required=True, metavar="VERB")
@@ -72,7 +73,7 @@ def _parser() -> argparse.ArgumentParser:
         "--material",
         choices=("given", "fit"),
         default="given",
-        help="fit restitution and friction to the marks, or take them as given (default)",
+        help="fit the restitution to the marks, or take it as given (default); friction stays",
     )
     solve.add_argument("--restitution", type=float, metavar="E", help="0 to 1")
     solve.add_argument("--friction", type=float, metavar="MU", help="0 or more")
@@ -80,9 +81,18 @@ def _parser() -> argparse.ArgumentParser:
         "--energy-gain", type=float, default=0.0, metavar="J", help="that a contact may add"
     )
     solve.add_argument(
-        "--seed", type=int, default=0, metavar="N", help="another seed, another take"
+        "--seed",
+        type=int,
+        default=0,
+        metavar="N",
+        help="another seed, another take; the same seed and rung give the same motion",
     )
-    solve.add_argument("--rung", type=int, metavar="N", help="search exactly this hard")
+    solve.add_argument(
+        "--rung",
+        type=int,
+        metavar="N",
+        help="search exactly this hard, whatever the time: the result says at which rung it ended",
+    )
     solve.add_argument(
         "--time-budget",
         type=float,
