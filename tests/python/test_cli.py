@@ -131,6 +131,18 @@ def test_verify_passes_what_was_solved_and_fails_it_against_other_marks(solved, 
     assert found["max_abs_error_s"] == pytest.approx(0.015, abs=1e-6)
 
 
+def test_verify_against_another_number_of_marks_reports_them(solved, tmp_path):
+    out, _ = solved
+    (tmp_path / "fewer.txt").write_text(labels(TIMES_S[:-1]))
+    fewer = run("verify", out, tmp_path / "fewer.txt", "d6", "--json")
+    assert fewer.returncode == 3
+    assert strict(fewer.stdout)["extra_hits"] >= 1
+    (tmp_path / "more.txt").write_text(labels([*TIMES_S, 0.9]))
+    more = run("verify", out, tmp_path / "more.txt", "d6", "--json")
+    assert more.returncode == 3
+    assert strict(more.stdout)["missed_hits"] >= 1
+
+
 def test_a_label_track_is_verified_for_the_ending_it_was_solved_for(folder):
     (folder / "ball.txt").write_text(labels(BALL_TIMES_S))
     done = run("solve", "ball", "ball.txt", "--ending", "open", "-o", "o.json", *FAST)
@@ -207,6 +219,7 @@ BAD = {
     "seed": (["d6", "marks.txt", "--seed", "-1"], "seed"),
     "rung": (["d6", "marks.txt", "--rung", "99"], "rung"),
     "threads": (["d6", "marks.txt", "--threads", "-2"], "threads"),
+    "no threads": (["d6", "marks.txt", "--threads", "0"], "1 to 4096, or None"),
     "energy": (["d6", "marks.txt", "--energy-gain", "-1"], "energy"),
     "method": (["d6", "marks.txt", "--method", "graph"], "graph"),
     "events": (["d6", "marks.txt", "--events", "contact"], "contact"),
@@ -307,7 +320,16 @@ def test_marks_that_no_motion_meets_are_exit_3(folder, capfd):
     out, error = capfd.readouterr()
     found = strict(out)
     assert found["succeeded"] is False
-    assert "mark" in error or (folder / "out.json").exists()
+    assert found["missed_hits"] + found["extra_hits"] >= 1
+    assert "Traceback" not in error
+    # the best motion is a whole one all the same, and the check finds the same fault in it
+    written = strict((folder / "out.json").read_text())
+    assert len(written["events"]) == 3
+    assert len(written["times_s"]) == len(written["positions_m"]) > 300  # 0.3 s at 1 kHz
+    assert written["missed_hits"] == found["missed_hits"]
+    assert cli.main(["verify", "out.json", "never.txt", "d6", "--json"]) == 3
+    certificate = strict(capfd.readouterr().out)
+    assert certificate["missed_hits"] + certificate["extra_hits"] >= 1
 
 
 def catches(process_id, number):
