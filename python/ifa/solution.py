@@ -201,7 +201,8 @@ def solve(
 
     material: "given" keeps the body's restitution and friction, "fit" chooses the restitution.
     energy_gain_j: how much a contact may add to the energy. time_budget_s: the search climbs a
-    ladder of rungs until a motion is plausible; once the budget is over, no further rung is begun.
+    ladder of rungs until a motion is plausible; a rung that the budget leaves too little time for
+    is not begun, and one begun is finished.
     rung: run just this one, so that the result depends on no clock: the same seed and rung give the
     same motion, byte for byte. threads: 1 or more, None is one for each core; the result does not
     depend on it. progress: read its `fraction` and call its `cancel()` from another thread.
