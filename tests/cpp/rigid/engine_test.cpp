@@ -364,7 +364,6 @@ TEST(Engine, ChatterEnds) {
     }
 }
 
-// Balls do not care how long their contact steps are; a die's first slide changes by the step's order.
 TEST(Engine, TouchingSeparatingBodyFlies) {
   const Body cube = sample::box({0.016, 0.016, 0.016}, 0.005);
   State s;
