@@ -263,3 +263,12 @@ class TestErrors:
     def test_options_are_named_ones(self, die):
         with pytest.raises(TypeError):
             ifa.solve(die, ifa.Signature([0.1]), "forward")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_mark_with_a_duration_is_judged_alike_by_solver_and_verifier(seed):
+    body = ifa.bodies.get("eraser")
+    marks = ifa.Signature([0.3, 0.5, 0.9], durations_s=[0.0, 0.15, 0.0])
+    solution = ifa.solve(body, marks, rung=0, seed=seed)
+    certificate = ifa.verify(solution.motion, body, marks)
+    assert certificate.passed or not solution.succeeded, certificate.failures

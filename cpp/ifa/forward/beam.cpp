@@ -56,6 +56,8 @@ struct Search {
     const double interval = passage.interval_s;
     const double ratio = std::max(interval, target(k)) / std::min(interval, target(k));
     if (ratio > 1.0 + options.largest_retime) return;
+    // Retiming must not carry a hit out of the span that excuses it.
+    if (passage.event.loose_s * target(k) / interval > marks.durations_s[k]) return;
     Candidate child;
     child.parent = parent_index;
     child.start = k == 0 ? parent_index : parent.start;
@@ -330,6 +332,7 @@ Found search_beam(const Body& body, const SearchPhysics& physics, const Marks& m
     std::vector<std::size_t> born(parents.size(), 0);
     std::size_t fit = 0;
     for (int round = 0; round < kRounds && fit < static_cast<std::size_t>(options.beam); ++round) {
+      if (round >= kRounds / 2 && fit == 0) break;  // out of reach: more of the same would not help
       std::vector<std::vector<Candidate>> children(parents.size());
       std::vector<double> time(parents.size(), 0.0);
       parallel_for(

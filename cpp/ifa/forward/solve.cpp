@@ -65,7 +65,6 @@ Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions&
     bodies.push_back(with_material(body, material));
 
   std::optional<Solution> best;
-  double simulated_s = 0.0;
   const int first = options.rung >= 0 ? options.rung : 0,
             last = options.rung >= 0 ? options.rung : rung_count() - 1;
   const double parts = static_cast<double>((last - first + 1) * std::size(kTolerances) * bodies.size());
@@ -81,6 +80,7 @@ Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions&
     }
     // A result is the rung's own: what an earlier one found competes with it only as a whole.
     std::optional<Solution> own;
+    double simulated_s = 0.0;
     for (const Tolerance& tolerance : kTolerances) {
       for (const Body& candidate : bodies) {
         BeamOptions beam{kLadder[rung].beam, kLadder[rung].proposals, tolerance.excess, tolerance.retime,
@@ -97,6 +97,7 @@ Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions&
       if (own && own->succeeded) break;
     }
     rung_s = seconds_gone() - rung_began;
+    if (own) own->simulated_s = simulated_s;
     if (own && (!best || better(*own, *best))) best = std::move(own);
     if (best && best->plausible) break;
   }
@@ -104,7 +105,6 @@ Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions&
   if (!best)
     throw NoMotionError("no first contact was found from which a flight could reach " +
                         mark_name(0, marks.times_s[0]));
-  best->simulated_s = simulated_s;
   return *best;
 }
 

@@ -43,7 +43,7 @@ struct Solution {
   double max_abs_error_s = 0.0;
   int missed_hits = 0, extra_hits = 0;  // audible hits that no event's chain holds are extra
   double max_penetration_m = 0.0, max_energy_gain_j = 0.0;
-  double simulated_s = 0.0;
+  double simulated_s = 0.0;                  // in all, on the motion's own rung
   double restitution = 0.0, friction = 0.0;  // that the motion was made with
   int rung = 0;
 };

@@ -120,13 +120,6 @@ void EventSimulation::choose_phase() {
   enter(separation_speed() < bounce ? Phase::contact : Phase::flight);
 }
 
-void EventSimulation::perturb(const Vec3& velocity, const Vec3& angular_velocity) {
-  state_.velocity = velocity;
-  state_.angular_velocity = angular_velocity;
-  if (nodes_ && !nodes_->empty()) nodes_->pop_back();
-  choose_phase();
-}
-
 EventSimulation::Stop EventSimulation::advance(double until_s) {
   for (;;) {
     if (phase_ == Phase::flight) return advance_flight(until_s);
@@ -162,6 +155,29 @@ Hit EventSimulation::resolve() {
   return hit;
 }
 
+bool EventSimulation::almost_at_rest() const {
+  return state_.velocity.norm() + state_.angular_velocity.norm() * body_->bounding_radius_m() <
+         options_.rest_speed_m_s;
+}
+
+// Points just above the ground may come down to it within the step, and no further: a rim settles as a whole,
+// where point after point would cut it into landings without end.
+void EventSimulation::add_settling_points(const Quat& predicted, double length_s) {
+  const double near = 2.0 * length_s * (options_.rest_speed_m_s + options_.gravity_m_s2.norm() * length_s);
+  const Vec3 up = state_.orientation.conjugate() * kUp;
+  const auto& vertices = body_->principal_vertices();
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (touches_[i]) continue;
+    const double h = state_.position.z() - body_->radius_m() + up.dot(vertices[i]);
+    if (h > near) continue;
+    ContactPoint p;
+    p.arm = predicted * vertices[i] - body_->radius_m() * kUp;
+    p.vertex = static_cast<int>(i);
+    p.target_speed = -h / length_s;
+    points_.push_back(p);
+  }
+}
+
 // One step with the touching points held above the ground. Forces are evaluated at the predicted pose, so
 // that a pivot's centripetal force turns with it; positions advance by the mean velocity (exact for free
 // fall).
@@ -180,6 +196,8 @@ EventSimulation::Step EventSimulation::try_step(double length_s) {
                             material.spin_friction_m};
   choose_bearing(predicted);
   for (ContactPoint& p : points_) p.impulse = length_s * forces_[p.vertex];
+  const bool settling = almost_at_rest();
+  if (settling) add_settling_points(predicted, length_s);
   solver_.solve(problem, points_, next.velocity, next.angular_velocity, kStepTolerance, kStepSweeps);
 
   Step step{next, 0.0, 0.0, 0};
@@ -191,12 +209,14 @@ EventSimulation::Step EventSimulation::try_step(double length_s) {
       step.slip_speed = std::max(step.slip_speed, v.head<2>().norm());
       ++step.loaded;
     }
-    if (p.impulse.z() > 0.0 || v.z() <= 1e-7) holding_.push_back(p.vertex);
+    if (touches_[p.vertex] && (p.impulse.z() > 0.0 || v.z() <= 1e-7)) holding_.push_back(p.vertex);
   }
-  step.state.position = s.position + 0.5 * length_s * (s.velocity + next.velocity);
-  step.state.orientation =
-      (rotation_exp(0.5 * length_s * (s.angular_velocity + next.angular_velocity)) * s.orientation)
-          .normalized();
+  // What settles stops exactly on the ground only if it moves by the velocity that the constraint bounds.
+  const double old_share = settling ? 0.0 : 0.5;
+  const Vec3 velocity = old_share * s.velocity + (1.0 - old_share) * next.velocity;
+  const Vec3 spin = old_share * s.angular_velocity + (1.0 - old_share) * next.angular_velocity;
+  step.state.position = s.position + length_s * velocity;
+  step.state.orientation = (rotation_exp(length_s * spin) * s.orientation).normalized();
   return step;
 }
 
@@ -302,9 +322,9 @@ std::optional<EventSimulation::Stop> EventSimulation::advance_contact(double unt
   Step step = try_step(length);
   int newcomer = -1;
   double clearance = lowest_newcomer(step.state, &newcomer);
-  if (clearance < 0.0 && approach_of(step.state, newcomer) < kSoftLanding * options_.micro_speed_m_s) {
-    newcomer =
-        -1;  // settles: the projection holds it, and from the next step on it is one of the touching points
+  if (clearance < 0.0 &&
+      (almost_at_rest() || approach_of(step.state, newcomer) < kSoftLanding * options_.micro_speed_m_s)) {
+    newcomer = -1;  // no impact: the projection holds it, and from the next step on it is a touching point
   } else if (clearance < 0.0) {
     // A point lands within the step: find the step that ends as it touches (regula falsi, Illinois).
     double low = 0.0, high = length, h_high = clearance;

@@ -39,7 +39,6 @@ class EventSimulation {
 
   double approach_speed() const;  // of the impact `advance` stopped at: the largest over the touching points
   Hit resolve();                  // applies it; state() is then the state just after
-  void perturb(const Vec3& velocity, const Vec3& angular_velocity);  // overrides both after an impact
 
   const State& state() const { return state_; }
   double time_s() const { return time_s_; }
@@ -63,6 +62,8 @@ class EventSimulation {
   void record(Phase phase);
   Stop advance_flight(double until_s);
   std::optional<Stop> advance_contact(double until_s);
+  bool almost_at_rest() const;
+  void add_settling_points(const Quat& predicted, double length_s);
   Step try_step(double length_s);
   double lowest_newcomer(const State& state, int* vertex) const;
   double approach_of(const State& state, int vertex) const;

@@ -13,7 +13,7 @@ void EventBuilder::begin(const Hit& first) {
 }
 
 bool EventBuilder::chains(double time_s) const {
-  if (span_s_ > 0.0 && time_s <= event_.time_s + span_s_ + hearing_.merge_gap_s) return true;
+  if (span_s_ > 0.0 && time_s <= event_.time_s + span_s_) return true;
   return time_s - last_hit_s_ < hearing_.merge_gap_s;
 }
 
@@ -22,6 +22,7 @@ void EventBuilder::add(const Hit& hit) {
   squares_ += impulse * impulse;
   weight_ += impulse;
   moment_ += impulse * (hit.time_s - event_.time_s);
+  if (hit.time_s - last_hit_s_ >= hearing_.merge_gap_s) event_.loose_s = hit.time_s - event_.time_s;
   last_hit_s_ = hit.time_s;
   last_s_ = std::max(last_s_, hit.time_s);
   ++event_.hits;
@@ -29,7 +30,7 @@ void EventBuilder::add(const Hit& hit) {
 
 void EventBuilder::add(const Load& load) {
   const double end = load.time_s + load.length_s;
-  if (end > event_.time_s + span_s_ + hearing_.merge_gap_s) return;
+  if (end > event_.time_s + span_s_) return;
   if (load.impulse_n_s <= 0.0 || load.slip_speed_m_s < hearing_.audible_speed_m_s) return;
   slip_impulse_ += load.impulse_n_s;
   weight_ += load.impulse_n_s;

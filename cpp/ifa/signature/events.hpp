@@ -20,6 +20,7 @@ struct Event {
   double length_s = 0.0;
   double amplitude = 0.0;   // sqrt(sum J^2) over its hits, N s; plus the force's time integral while slipping
   double centroid_s = 0.0;  // of the amplitude, from the event's start
+  double loose_s = 0.0;     // from the start to the last hit that only the mark's span holds in the event
   int hits = 0;
 };
 

@@ -152,7 +152,7 @@ TEST(Runner, MarkedSpanTakesItsHits) {
   // lands after 0.204, then every half of that: 0.306, 0.357, 0.382, 0.395, ...
   const double first = 2.0 / sample::kGravity;
   Record record;
-  const Passage passage = runner.pass(onset, onset.after, 0.35, kNever, &record);
+  const Passage passage = runner.pass(onset, onset.after, 0.36, kNever, &record);
   EXPECT_EQ(passage.next, Next::hit);
   EXPECT_NEAR(passage.interval_s, first * 1.875, 1e-9);
   EXPECT_EQ(record.hits.size(), 3u);

@@ -74,11 +74,21 @@ TEST(EventBuilder, InsideAMarkedSpanAnyGapChains) {
   EventBuilder builder({}, 0.2);
   builder.begin(hit(1.0, 1.0));
   EXPECT_TRUE(builder.chains(1.15));
-  EXPECT_TRUE(builder.chains(1.2099));  // the span and a merge gap
-  EXPECT_FALSE(builder.chains(1.2101));
-  builder.add(hit(1.205, 1.0));
-  EXPECT_TRUE(builder.chains(1.2149));  // and on from its last hit
-  EXPECT_FALSE(builder.chains(1.2151));
+  EXPECT_TRUE(builder.chains(1.1999));
+  EXPECT_FALSE(builder.chains(1.2001));  // as the verifier has it: beyond the span only a hit nearby chains
+  builder.add(hit(1.195, 1.0));
+  EXPECT_TRUE(builder.chains(1.2049));  // on from its last hit
+  EXPECT_FALSE(builder.chains(1.2051));
+}
+
+TEST(EventBuilder, TellsWhichHitsOnlyTheSpanHolds) {
+  EventBuilder builder({}, 0.2);
+  builder.begin(hit(1.0, 1.0));
+  builder.add(hit(1.009, 1.0));  // chains by itself
+  EXPECT_EQ(builder.event().loose_s, 0.0);
+  builder.add(hit(1.1, 1.0));
+  builder.add(hit(1.105, 1.0));
+  EXPECT_NEAR(builder.event().loose_s, 0.1, 1e-12);  // rounding of 1.1 - 1.0
 }
 
 TEST(EventBuilder, AudibleSlipUnderLoadAddsTheForcesTimeIntegral) {
