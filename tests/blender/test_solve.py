@@ -147,11 +147,12 @@ class SolveTest(SceneTest):
         self.assertFalse(any(m.exact for m in scene.marks(self.scene, "", timing)))
 
     def test_impossible_marks_are_named(self):
+        """The last mark comes 1.4 s after a die's hits died down: the best motion misses it."""
         scene.add_marks(self.scene, IMPOSSIBLE_MARKS_S)
         self.obj.ifa.time_budget_s = 0.5
-        with self.assertRaisesRegex(RuntimeError, "mark 'hit 4'"):
-            bpy.ops.ifa.solve()
-        self.assertIsNone(self.obj.animation_data)
+        bpy.ops.ifa.solve()
+        self.assertFalse(self.obj.ifa.succeeded)
+        self.assertRegex(self.obj.ifa.result, "No acceptable motion: .*'hit 4'")
 
     def test_a_failed_solve_names_its_marks(self):
         """A real outcome with its events' errors changed: the sentence names their marks."""
