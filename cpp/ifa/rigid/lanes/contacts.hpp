@@ -187,13 +187,22 @@ inline void extrapolate(const ContactBodies& body, ContactSlot* slot, int n, Mas
       square = select(slot[i].valid, square + dot(slot[i].last_change, slot[i].last_change), square);
     }
     const Pack ratio = along / square;
-    const Mask geometric = where & (ratio > broadcast(0.2)) & (ratio < broadcast(0.97));
-    const Pack factor = ratio / (one - ratio);
+    const Mask geometric = where & (ratio > broadcast(0.2)) & (ratio < broadcast(1.03));
+    const Mask drifts = geometric & (ratio > broadcast(0.97));
+    Pack room = broadcast(1e4);  // until the first impulse of a drift is gone
+    for (int i = 0; i < n; ++i) {
+      const ContactSlot& p = slot[i];
+      const Mask falls = p.valid & (p.change.z < zero) & (p.impulse.z > zero);
+      room = select(falls, least(room, p.impulse.z / -p.change.z), room);
+    }
+    const Pack factor = select(drifts, room, ratio / (one - ratio));
     for (int i = 0; i < n; ++i) {
       ContactSlot& p = slot[i];
-      Pack3 delta = factor * p.change;
-      const Mask here = geometric & p.valid & (p.impulse.z > zero) & (p.impulse.z + delta.z > zero);
-      p.impulse = select(here, p.impulse + delta, p.impulse);
+      const Pack3 next = p.impulse + factor * p.change;
+      const Mask here = geometric & p.valid & (p.impulse.z > zero) & (drifts | (next.z > zero));
+      const Pack3 lifted = select(next.z > 1e-12 * p.impulse.z, next, broadcast(0.0, 0.0, 0.0));
+      const Pack3 delta = lifted - p.impulse;
+      p.impulse = select(here, lifted, p.impulse);
       velocity = select(here, velocity + body.inverse_mass * delta, velocity);
       spin = select(here, spin + body.inverse_inertia.apply(cross(p.arm, delta)), spin);
     }

@@ -30,27 +30,29 @@ struct ImpactOutcome {
   Pack3 impulse, position;
 };
 
-// A Newton target -e v_n at each point that approaches faster than `micro_speed`, Coulomb's cone, and where
-// the kinetic energy would grow, the whole impulse blended towards that of e = 0 until it does not: with e =
-// 0 Coulomb's law cannot raise it, and along the blend it is a parabola in the share of the elastic impulse.
+// A Newton target -e v_n at each approaching point (0 where none is faster than `micro_speed`), Coulomb's
+// cone, and where the kinetic energy would grow, the whole impulse blended towards that of e = 0 until it
+// does not: with e = 0 Coulomb's law cannot raise it, and along the blend it is a parabola in the share of
+// the elastic impulse.
 inline ImpactOutcome resolve_impact(const BodyView& body, Pack micro_speed, ContactSlot* slot, int n,
                                     Mask where, const Rotation& r, Motion& m) {
   constexpr int kMostSweeps = 200;
   const Pack zero = broadcast(0.0), one = broadcast(1.0);
   const ContactBodies problem{broadcast(1.0 / body.mass), inverse_inertia(body, r), body.friction, 0.0, 0.0};
-  Pack scale = zero;
-  Mask bounces = none();
+  Pack scale = zero, fastest = zero;
   for (int i = 0; i < n; ++i) {
     const Pack3 v = m.velocity + cross(m.spin, slot[i].arm);
-    slot[i].target = select(v.z < -micro_speed, -body.restitution * v.z, zero);
+    slot[i].target = -body.restitution * least(v.z, zero);
     slot[i].impulse = broadcast(0.0, 0.0, 0.0);
-    bounces = bounces | (slot[i].valid & (slot[i].target > zero));
+    fastest = select(slot[i].valid, greatest(fastest, -v.z), fastest);
     scale = select(slot[i].valid, greatest(scale, norm(v)), scale);
   }
+  const Mask bounces = where & (fastest > micro_speed) & mask_of(body.restitution > 0.0);
+  for (int i = 0; i < n; ++i) slot[i].target = select(bounces, slot[i].target, zero);
   Pack3 velocity = m.velocity, spin = m.spin, torque = broadcast(0.0, 0.0, 0.0);
   solve_contacts(problem, slot, n, where, 1e-12 * scale, kMostSweeps, velocity, spin, torque);
   const Pack before = kinetic_energy(body, m.velocity, r.inverse(m.spin));
-  const Mask gains = where & bounces & (kinetic_energy(body, velocity, r.inverse(spin)) > before);
+  const Mask gains = bounces & (kinetic_energy(body, velocity, r.inverse(spin)) > before);
   if (any(gains)) {
     for (int i = 0; i < n; ++i) {
       slot[i].elastic = slot[i].impulse;

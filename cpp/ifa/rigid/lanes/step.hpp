@@ -41,6 +41,7 @@ class ContactStep {
   Mask land(Pack& length, Motion& m, int* newcomer);
   void project(Motion& m, Mask landing, const int* newcomer);
   void hold_on_ground(Motion& m, Mask where) const;
+  void keep_bearing(Motion& m, Mask where) const;
   void limit_energy(Motion& m) const;
   void keep_forces(Pack length);
 
@@ -61,6 +62,7 @@ class ContactStep {
   // Points held on the ground by the projection; further ones join there.
   static constexpr int kMostHeld = kSlots + 16;
   Mask held_[kMostHeld];
+  Mask loads_[kSlots];  // of the first ones: bore load in the step
   int held_point_[kMostHeld][kWidth];
   int helds_ = 0;
   Pack3 torque_;  // angular impulse of rolling and spin friction
@@ -183,6 +185,7 @@ inline void ContactStep::solve(Pack length) {
     normal_impulse_ = normal_impulse_ + select(pushes, p.impulse.z, zero);
     slip_speed_ = select(pushes, greatest(slip_speed_, root(v.x * v.x + v.y * v.y)), slip_speed_);
     loaded_ = loaded_ + select(pushes, broadcast(1.0), zero);
+    loads_[i] = pushes;
     held_[helds_] =
         p.valid & bearing_.touches(i) & (pushes | (v.z <= broadcast(1e-5 * settings_.step_speed)));
     for (int l = 0; l < kWidth; ++l) held_point_[helds_][l] = bearing_.point[i][l];
@@ -348,6 +351,32 @@ inline void ContactStep::hold_on_ground(Motion& m, Mask where) const {
   }
 }
 
+// Within a step the velocities are those between two poses, so that points that bore load through it move a
+// little off the ground or into it. At a landing these are stopped, the least change in the metric of the
+// mass matrix: else what they lack would count as their part in the impact.
+inline void ContactStep::keep_bearing(Motion& m, Mask where) const {
+  const double inverse_mass = 1.0 / body_.mass;
+  const Rotation r = rotation(m.orientation);
+  const Symmetric w = inverse_inertia(body_, r);
+  Mask open = where;
+  for (int sweep = 0; sweep < 30 && any(open); ++sweep) {
+    Pack change = broadcast(0.0);
+    for (int i = 0; i < slots_; ++i) {
+      const Mask here = open & loads_[i];
+      if (!any(here)) continue;
+      const Pack3 arm = r.apply(points_.at(bearing_.point[i]));
+      const Pack3 lever{arm.y, -arm.x, broadcast(0.0)};
+      const Pack3 response = w.apply(lever);
+      const Pack speed = normal_velocity(m, arm);
+      const Pack push = -speed / (inverse_mass + dot(lever, response));
+      m.velocity.z = select(here, m.velocity.z + inverse_mass * push, m.velocity.z);
+      m.spin = select(here, m.spin + push * response, m.spin);
+      change = select(here, greatest(change, magnitude(speed)), change);
+    }
+    open = open & (change > broadcast(1e-9 * settings_.step_speed));
+  }
+}
+
 // Sustained contact never adds energy: what the step's error added is taken from the velocities.
 inline void ContactStep::limit_energy(Motion& m) const {
   const Rotation r = rotation(m.orientation);
@@ -406,6 +435,7 @@ inline void ContactStep::run(Stop* stops, lanes::LoadData* loads) {
   const Mask landing = land(length, m, newcomer);
   keep_forces(whole_);
   project(m, landing, newcomer);
+  if (any(landing)) keep_bearing(m, landing);
   limit_energy(m);
 
   const Rotation r = rotation(m.orientation);
