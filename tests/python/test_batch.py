@@ -391,10 +391,10 @@ class TestThreads:
                 pass
             progress.cancel()
 
-        watcher = threading.Thread(target=cancel_once_it_runs)
+        watcher = threading.Thread(target=cancel_once_it_runs, daemon=True)
         watcher.start()
         with pytest.raises(ifa.Cancelled):
-            ifa.simulate_batch(die, states, out=out, progress=progress)
+            ifa.simulate_batch(die, states, threads=2, out=out, progress=progress)
         watcher.join()
         done = np.flatnonzero(out.status != ifa.SampleStatus.NOT_RUN)
         assert 0 < len(done) < 20_000
@@ -439,10 +439,10 @@ class TestThreads:
                 pass
             os.kill(os.getpid(), signal.SIGINT)
 
-        watcher = threading.Thread(target=interrupt_once_it_runs)
+        watcher = threading.Thread(target=interrupt_once_it_runs, daemon=True)
         watcher.start()
         with pytest.raises(KeyboardInterrupt):
-            ifa.simulate_batch(ENDLESS, rows(n), out=out, progress=progress)
+            ifa.simulate_batch(ENDLESS, rows(n), threads=2, out=out, progress=progress)
         watcher.join()
         not_run = (out.status == ifa.SampleStatus.NOT_RUN).sum()
         assert 0 < not_run < n
@@ -483,7 +483,7 @@ def test_a_thousand_calls_leave_nothing_behind(die):
         grown = tracemalloc.get_traced_memory()[0] - before
     finally:
         tracemalloc.stop()
-    # The smallest object there is, lost at each call, would be 16 kB; tracemalloc itself takes 1 kB.
+    # The smallest object, lost at each call, would be 16 kB; tracemalloc itself takes 1 kB.
     assert grown < 8_000
     assert [sys.getrefcount(getattr(out, x)) for x in ARRAYS] == held
 
