@@ -59,7 +59,7 @@ class OdeSimulation {
   bool sane() const;
   void find_touching();
   void choose_bearing();
-  void make_contacts(double length);
+  void make_contacts(double length, bool impact);
   Vec3 friction_torque(double length) const;
   double approach_speed() const;
   bool step_contact(double length_s);
@@ -158,7 +158,7 @@ double OdeSimulation::approach_speed() const {
   return fastest;
 }
 
-void OdeSimulation::make_contacts(double length) {
+void OdeSimulation::make_contacts(double length, bool impact) {
   const Material& material = body_->material();
   const Quat inverse = state_.orientation.conjugate();
   contacts_.clear();
@@ -172,21 +172,19 @@ void OdeSimulation::make_contacts(double length) {
     c.depth = -c.position.z();
     const Vec3 velocity = state_.velocity + state_.angular_velocity.cross(arm);
     // ODE's friction is a box about two axes. The first is the slip that would be without friction, so that
-    // no heading is special. Where friction cannot end the slip within the step there is no second one: it
-    // would hold the body against every sideways pull.
+    // no heading is special. What slides on has no second one, which would hold it against every sideways
+    // pull; in an impact, which turns the slip, both together come nearer to the cone.
     const Vec3 pulled = velocity + length * gravity_;
-    Vec3 slip(pulled.x(), pulled.y(), 0.0);
+    const Vec3 slip(pulled.x(), pulled.y(), 0.0);
     const double slip_speed = slip.norm();
     if (slip_speed > 0.0) c.slip_direction = slip / slip_speed;
-    const Vec3 across = kUp.cross(c.slip_direction);
-    const double normal = mobility(kUp), along = mobility(c.slip_direction);
-    c.softness = {options_.cfm * length * normal, options_.cfm * length * along,
-                  options_.cfm * length * mobility(across)};
+    const double along = mobility(c.slip_direction);
+    c.softness = {options_.cfm * length * mobility(kUp), options_.cfm * length * along,
+                  options_.cfm * length * mobility(kUp.cross(c.slip_direction))};
+    const double stoppable = material.friction * mass_ * gravity_down_ * length * along;
     c.friction = material.friction;
-    const double load =
-        (1.0 + material.restitution) * std::max(0.0, -velocity.z()) / normal + mass_ * gravity_down_ * length;
-    c.cross_friction = slip_speed > material.friction * load * along ? 0.0 : material.friction;
-    c.restitution = material.restitution;
+    c.cross_friction = !impact && slip_speed > stoppable ? 0.0 : material.friction;
+    c.restitution = impact ? material.restitution : 0.0;
     contacts_.push_back(c);
   }
 }
@@ -263,10 +261,10 @@ bool OdeSimulation::step_contact(double length_s) {
   step.correcting_speed = kCorrectingShare * std::sqrt(gravity_.norm() * reach_);
   step.bounce_speed = options_.micro_speed_m_s / units_.speed();
   choose_bearing();
-  make_contacts(step.length);
   const double approach = approach_speed();
-  if (approach <= step.bounce_speed) {
-    for (OdeContact& c : contacts_) c.restitution = 0.0;
+  const bool impact = approach > step.bounce_speed;
+  make_contacts(step.length, impact);
+  if (!impact) {
     step.torque = friction_torque(step.length);
     if (!world_.step(step, contacts_)) return false;
     state_ = world_.get();
@@ -280,8 +278,7 @@ bool OdeSimulation::step_contact(double length_s) {
   Hit hit;
   hit.time_s = time_s_;
   hit.approach_speed_m_s = approach * units_.speed();
-  const Vec3 kicked = state_.velocity - step.length * gravity_;
-  hit.impulse_n_s = mass_ * (kicked - before.velocity) * units_.impulse();
+  hit.impulse_n_s = mass_ * (state_.velocity - before.velocity) * units_.impulse();
   double sum = 0.0;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     hit.position_m += forces_[i] * contacts_[i].position * units_.length_m;
@@ -290,7 +287,7 @@ bool OdeSimulation::step_contact(double length_s) {
   hit.position_m = sum > 0.0 ? Vec3(hit.position_m / sum) : Vec3(contacts_[0].position * units_.length_m);
   run_.hits.push_back(hit);
   State after = before;
-  after.velocity = kicked;
+  after.velocity = state_.velocity;
   after.angular_velocity = state_.angular_velocity;
   run_.nodes.push_back({time_s_, units_.si(after), Phase::contact});
   return true;
@@ -300,7 +297,9 @@ bool OdeSimulation::step_contact(double length_s) {
 // one.
 bool OdeSimulation::rests(double length_s) {
   const double speed = (state_.velocity.norm() + state_.angular_velocity.norm() * reach_) * units_.speed();
-  if (speed >= options_.rest_speed_m_s) {
+  double depth = 0.0;
+  for (const OdeContact& c : contacts_) depth = std::max(depth, c.depth);
+  if (speed >= options_.rest_speed_m_s || depth > 2.0 * margin_) {  // still rising, or still being pushed out
     slow_ = false;
     still_steps_ = 0;
     return false;
