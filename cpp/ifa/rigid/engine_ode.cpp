@@ -107,11 +107,10 @@ OdeSimulation::OdeSimulation(const Body& body, const OdeOptions& options)
   for (const Vec3& v : body.principal_vertices()) vertices_.push_back(v / units_.length_m);
 }
 
-// Also false for what is not a number.
 bool OdeSimulation::sane() const {
-  return state_.position.cwiseAbs().maxCoeff() < kLargestSpeed && state_.orientation.coeffs().allFinite() &&
-         state_.velocity.cwiseAbs().maxCoeff() < kLargestSpeed &&
-         state_.angular_velocity.cwiseAbs().maxCoeff() < kLargestSpeed;
+  const auto bounded = [](const Vec3& v) { return v.squaredNorm() < kLargestSpeed * kLargestSpeed; };
+  return bounded(state_.position) && bounded(state_.velocity) && bounded(state_.angular_velocity) &&
+         state_.orientation.coeffs().allFinite();  // not a number is not bounded either
 }
 
 void OdeSimulation::record(Phase phase) { run_.nodes.push_back({time_s_, units_.si(state_), phase}); }
@@ -126,21 +125,22 @@ void OdeSimulation::find_touching() {
     if (z + up.dot(vertices_[i]) <= margin_) touching_.push_back(static_cast<int>(i));
 }
 
-// A point in the span of others adds only redundant rows: of many, keep those furthest out in eight
-// directions and the one that approaches fastest.
+// A point in the span of others adds only redundant rows: of many, keep those furthest out and down in eight
+// directions, and the one that approaches fastest.
 void OdeSimulation::choose_bearing() {
-  constexpr std::size_t kFew = 8;
+  constexpr std::size_t kFew = 4, kDirections = 8;
   const auto arm_of = [&](int i) { return Vec3(state_.orientation * vertices_[i] - radius_ * kUp); };
   if (touching_.size() > kFew) {
-    std::array<int, kFew + 1> chosen{};
-    std::array<double, kFew + 1> best;
+    std::array<int, kDirections + 1> chosen{};
+    std::array<double, kDirections + 1> best;
     best.fill(-kNever);
     for (const int i : touching_) {
       const Vec3 arm = arm_of(i);
-      const double d = std::numbers::sqrt2 / 2.0, x = arm.x(), y = arm.y();
+      const double d = std::numbers::sqrt2 / 2.0, x = arm.x(), y = arm.y(), z = arm.z();
       const double sinking = -state_.angular_velocity.cross(arm).z();
-      const std::array<double, kFew + 1> reach = {x,  d * (x + y), y,      d * (y - x), -x, -d * (x + y),
-                                                  -y, d * (x - y), sinking};
+      const std::array<double, kDirections + 1> reach = {x - z,           d * (x + y) - z, y - z,
+                                                         d * (y - x) - z, -x - z,          -d * (x + y) - z,
+                                                         -y - z,          d * (x - y) - z, sinking};
       for (std::size_t k = 0; k < reach.size(); ++k)
         if (reach[k] > best[k]) best[k] = reach[k], chosen[k] = i;
     }
@@ -213,16 +213,21 @@ double OdeSimulation::kinetic(const Vec3& velocity, const Vec3& angular_velocity
   return 0.5 * (mass_ * velocity.squaredNorm() + inertia_.dot(spin.cwiseProduct(spin)));
 }
 
-// Newton's restitution with friction can add energy. Where it does, the velocities are blended towards those
-// of no restitution until it does not. What gravity does along the ground within the step is its own.
+// Newton's restitution with friction can add energy. Where the contacts would do work, the velocities are
+// blended towards those of no restitution until they do none. Their work is the gain of kinetic energy beyond
+// that of gravity over the step, at the mean velocity.
 bool OdeSimulation::step_bouncing(const OdeStep& step, std::span<double> normal_forces) {
   const State before = state_;
+  const Vec3 weight = mass_ * step.length * gravity_;
+  const double kinetic_before = kinetic(before.velocity, before.angular_velocity, before.orientation);
+  const auto work = [&](const State& after) {
+    return kinetic(after.velocity, after.angular_velocity, before.orientation) - kinetic_before -
+           0.5 * weight.dot(before.velocity + after.velocity);
+  };
   if (!world_.step(step, contacts_, normal_forces)) return false;
-  State elastic = world_.get();
-  const Vec3 along(gravity_.x(), gravity_.y(), 0.0);
-  const double allowed =
-      kinetic(before.velocity + step.length * along, before.angular_velocity, before.orientation);
-  if (!(kinetic(elastic.velocity, elastic.angular_velocity, before.orientation) > allowed)) return true;
+  const State elastic = world_.get();
+  const double gain = work(elastic);
+  if (!(gain > 0.0)) return true;
 
   for (OdeContact& c : contacts_) c.restitution = 0.0;
   std::vector<double> plastic_forces(normal_forces.size());
@@ -233,12 +238,10 @@ bool OdeSimulation::step_bouncing(const OdeStep& step, std::span<double> normal_
   const State plastic = world_.get();
   const Vec3 dv = elastic.velocity - plastic.velocity,
              dw = elastic.angular_velocity - plastic.angular_velocity;
-  // The energy is a parabola in the share of the elastic velocities: from `low` <= 0 to above 0.
-  const double low =
-      std::min(0.0, kinetic(plastic.velocity, plastic.angular_velocity, before.orientation) - allowed);
-  const double a = kinetic(dv, dw, before.orientation);
-  const double b =
-      kinetic(plastic.velocity + dv, plastic.angular_velocity + dw, before.orientation) - a - (low + allowed);
+  // The work is a parabola in the elastic share: `low` at 0, where it can be positive by rounding only, and
+  // `gain` at 1.
+  const double low = std::min(0.0, work(plastic));
+  const double a = kinetic(dv, dw, before.orientation), b = gain - low - a;
   const double root = std::sqrt(std::max(0.0, b * b - 4.0 * a * low));
   double share = b > 0.0 ? -2.0 * low / (b + root) : (root - b) / (2.0 * a);
   share = std::clamp(share * (1.0 - 1e-15), 0.0, 1.0);

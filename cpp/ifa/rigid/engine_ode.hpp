@@ -14,7 +14,7 @@ struct OdeOptions {
   // every step is ODE's, with its own gyroscopic term, and contacts begin up to a step late.
   bool skip_flight = true;
   double erp = 0.2;   // share of a penetration that a step corrects, at most 0.2
-  double cfm = 1e-8;  // softness of a constraint, relative to its own: CFM = cfm * step * J M^-1 J^T
+  double cfm = 1e-6;  // softness of a constraint, relative to its own: CFM = cfm * step * J M^-1 J^T
   double micro_speed_m_s = 0.01;  // slower approaches neither bounce nor are hits
   double rest_speed_m_s = 0.01;   // rest as in SimulationOptions
   double rest_duration_s = 0.05;
