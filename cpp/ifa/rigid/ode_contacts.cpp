@@ -36,8 +36,8 @@ void OdeContacts::find(const State& state, double margin, double length) {
     return Vec3(state.orientation * body_->vertices[i] - body_->radius * kUp);
   };
 
-  // Points in the span of others add only redundant rows: keep those furthest out and down in eight directions,
-  // and the one that approaches fastest.
+  // Points in the span of others add only redundant rows: keep those furthest out and down in eight
+  // directions, and the one that approaches fastest.
   constexpr std::size_t kFew = 4, kDirections = 8;
   if (touching_.size() > kFew) {
     std::array<int, kDirections + 1> chosen{};
@@ -48,8 +48,8 @@ void OdeContacts::find(const State& state, double margin, double length) {
       const double d = std::numbers::sqrt2 / 2.0, x = arm.x(), y = arm.y(), down = -arm.z();
       const double sinking = -state.angular_velocity.cross(arm).z();
       const std::array<double, kDirections + 1> far = {
-          x + down,  d * (x + y) + down,  y + down,  d * (y - x) + down,
-          -x + down, -d * (x + y) + down, -y + down, d * (x - y) + down, sinking};
+          x + down,  d * (x + y) + down, y + down, d * (y - x) + down, -x + down, -d * (x + y) + down,
+          -y + down, d * (x - y) + down, sinking};
       for (std::size_t k = 0; k < far.size(); ++k)
         if (far[k] > best[k]) best[k] = far[k], chosen[k] = i;
     }
@@ -96,9 +96,9 @@ const std::vector<OdeContact>& OdeContacts::make(const State& state, double leng
     OdeContact c;
     c.position = state.position + arm;
     c.depth = -c.position.z();
-    // ODE's friction is a box about two axes. The first is the slip that would be without friction, so that no
-    // heading is special. What slides on has no second one, which would hold it against every sideways pull; in
-    // an impact, which turns the slip, both together come nearer to the cone.
+    // ODE's friction is a box about two axes. The first is the slip that would be without friction, so that
+    // no heading is special. What slides on has no second one, which would hold it against every sideways
+    // pull; in an impact, which turns the slip, both together come nearer to the cone.
     const Vec3 velocity = state.velocity + state.angular_velocity.cross(arm) + length * gravity;
     const Vec3 slip(velocity.x(), velocity.y(), 0.0);
     const double slip_speed = slip.norm();
@@ -118,8 +118,8 @@ const std::vector<OdeContact>& OdeContacts::make(const State& state, double leng
   return contacts_;
 }
 
-// ODE's rows for these, three to a contact, are redundant and make its LCP solver fail. A torque is at most what
-// ends the turning of the free body: the contacts only make it harder to turn.
+// ODE's rows for these, three to a contact, are redundant and make its LCP solver fail. A torque is at most
+// what ends the turning of the free body: the contacts only make it harder to turn.
 Vec3 OdeContacts::friction_torque(const State& state, double length, const Vec3& gravity) const {
   const double weight = body_->mass * std::max(0.0, -gravity.z());
   const auto resist = [&](const Vec3& part, double lever) -> Vec3 {
