@@ -11,7 +11,7 @@
 
 namespace ifa {
 
-// Why a sample ended; the first three are RunStatus. `failed`: the engine gave the sample up. `not_run`: the
+// Why a sample ended; the first four are RunStatus. `not_run`: the
 // batch was cancelled before it.
 enum class SampleStatus : std::uint8_t { rest, time_limit, impact_limit, failed, not_run };
 
