@@ -5,7 +5,7 @@
 #include <numeric>
 #include <thread>
 
-#include "../rigid/sample_bodies.hpp"
+#include "sample_bodies.hpp"
 #include "ifa/base/error.hpp"
 #include "ifa/forward/report.hpp"
 #include "ifa/forward/solve.hpp"

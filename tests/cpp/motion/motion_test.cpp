@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../rigid/sample_bodies.hpp"
+#include "sample_bodies.hpp"
 #include "ifa/base/error.hpp"
 
 namespace ifa {
