@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <vector>
 
+#include "held.hpp"
 #include "ifa/base/random.hpp"
 
 namespace ifa {
@@ -94,38 +94,28 @@ TEST(RotationExp, RotationsAboutOneAxisAdd) {
   }
 }
 
-// Hard case 22. In units in the last place of the expected component; the worst is printed.
-class Ulps {
- public:
-  void see(const Vec3& value, const Vec3& expected) {
-    for (int i = 0; i < 3; ++i) {
-      if (value[i] == expected[i]) continue;
-      const double last = std::nextafter(std::abs(expected[i]), INFINITY) - std::abs(expected[i]);
-      worst_ = std::max(worst_, std::abs(value[i] - expected[i]) / last);
-    }
+// Hard case 22: the largest error of a component in its own units in the last place.
+double ulps(const Vec3& value, const Vec3& expected) {
+  double worst = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const double size = std::abs(expected[i]);
+    worst = std::max(worst, std::abs(value[i] - expected[i]) / (std::nextafter(size, INFINITY) - size));
   }
-  ~Ulps() {
-    std::printf("[   held   ] %s | round trip, ulp | asked 4 | held %.2g\n",
-                ::testing::UnitTest::GetInstance()->current_test_info()->name(), worst_);
-    EXPECT_LE(worst_, 4.0);
-  }
-
- private:
-  double worst_ = 0.0;
-};
+  return worst;
+}
 
 TEST(RotationLog, RoundTripFromZeroToPi) {
   RandomStream stream(1, 5);
-  Ulps ulps;
+  Held error("error of a component, ulp", 4.0);
   const double pi = std::numbers::pi;
   for (const double angle : {0.0, 1e-300, 1e-160, 1e-16, 1e-8, 0.99e-4, 1e-4, 1.01e-4, 1e-3, 0.5, 1.0, 2.0,
                              3.0, pi - 1e-3, pi - 1e-8, pi - 1e-15, pi})
     for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(0, 0, 1)}) {
-      ulps.see(rotation_log(rotation_exp(angle * axis)), angle * axis);
+      error.see(ulps(rotation_log(rotation_exp(angle * axis)), angle * axis));
       for (int i = 0; i < 200; ++i) {
         Vec3 theta = angle * stream.unit_vector();
         while (theta.norm() > pi) theta *= 1.0 - 2e-16;  // past a half turn the short arc is the other one
-        ulps.see(rotation_log(rotation_exp(theta)), theta);
+        error.see(ulps(rotation_log(rotation_exp(theta)), theta));
       }
     }
 }
@@ -133,26 +123,27 @@ TEST(RotationLog, RoundTripFromZeroToPi) {
 // sin(1e-16) is 1e-16 and sin(x / 2) of x = pi - 1e-15 is 1 to rounding: logarithms known without the
 // exponential.
 TEST(RotationLog, KnownValues) {
-  Ulps ulps;
-  ulps.see(rotation_log(Quat(1.0, 0.0, 0.5e-16, 0.0)), Vec3(0.0, 1e-16, 0.0));
-  ulps.see(rotation_log(Quat(1.0, 3e-200, -4e-200, 0.0)), Vec3(6e-200, -8e-200, 0.0));
-  ulps.see(rotation_log(Quat(0.5e-15, 0.6, 0.0, -0.8)), (std::numbers::pi - 1e-15) * Vec3(0.6, 0.0, -0.8));
-  ulps.see(rotation_log(Quat(std::sqrt(0.5), 0.0, 0.0, std::sqrt(0.5))),
-           Vec3(0.0, 0.0, 0.5 * std::numbers::pi));
+  Held error("error of a component, ulp", 4.0);
+  error.see(ulps(rotation_log(Quat(1.0, 0.0, 0.5e-16, 0.0)), Vec3(0.0, 1e-16, 0.0)));
+  error.see(ulps(rotation_log(Quat(1.0, 3e-200, -4e-200, 0.0)), Vec3(6e-200, -8e-200, 0.0)));
+  error.see(
+      ulps(rotation_log(Quat(0.5e-15, 0.6, 0.0, -0.8)), (std::numbers::pi - 1e-15) * Vec3(0.6, 0.0, -0.8)));
+  error.see(ulps(rotation_log(Quat(std::sqrt(0.5), 0.0, 0.0, std::sqrt(0.5))),
+                 Vec3(0.0, 0.0, 0.5 * std::numbers::pi)));
   EXPECT_EQ(rotation_log(Quat::Identity()), Vec3(0, 0, 0));
   EXPECT_EQ(rotation_log(Quat(-1.0, 0.0, 0.0, 0.0)), Vec3(0, 0, 0));
 }
 
 TEST(RotationLog, AHalfTurnIsAboutTheAxisWhoseFirstComponentIsPositive) {
-  Ulps ulps;
+  Held error("error of a component, ulp", 4.0);
   for (const double w : {0.0, -0.0})
     for (const double sign : {-1.0, 1.0}) {
       const double pi = std::numbers::pi;
-      ulps.see(rotation_log(Quat(w, sign, 0, 0)), {pi, 0, 0});
-      ulps.see(rotation_log(Quat(w, 0, sign, 0)), {0, pi, 0});
-      ulps.see(rotation_log(Quat(w, 0, 0, sign)), {0, 0, pi});
-      ulps.see(rotation_log(Quat(w, sign * 0.6, sign * -0.8, 0)), pi * Vec3(0.6, -0.8, 0));
-      ulps.see(rotation_log(Quat(w, 0, sign * 0.6, sign * -0.8)), pi * Vec3(0, 0.6, -0.8));
+      error.see(ulps(rotation_log(Quat(w, sign, 0, 0)), {pi, 0, 0}));
+      error.see(ulps(rotation_log(Quat(w, 0, sign, 0)), {0, pi, 0}));
+      error.see(ulps(rotation_log(Quat(w, 0, 0, sign)), {0, 0, pi}));
+      error.see(ulps(rotation_log(Quat(w, sign * 0.6, sign * -0.8, 0)), pi * Vec3(0.6, -0.8, 0)));
+      error.see(ulps(rotation_log(Quat(w, 0, sign * 0.6, sign * -0.8)), pi * Vec3(0, 0.6, -0.8)));
     }
 }
 

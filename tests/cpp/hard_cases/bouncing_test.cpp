@@ -155,5 +155,24 @@ TEST(HardCase25, PlasticWheelComesToRestOnLevelGround) {
   }
 }
 
+// Thrown bodies end too: at rest, at the limit of impacts, or exactly at that of time.
+TEST(HardCase25, ThrownBodiesEnd) {
+  RandomStream random(303, 0);
+  SimulationOptions options;
+  options.max_impacts = 2000;
+  for (const double e : {0.0, 0.99, 1.0}) {
+    const Material material = sample::ideal(e, 0.1);
+    for (const Body& body : {sample::box({0.016, 0.016, 0.016}, 0.005, material),
+                             sample::box({0.085, 0.054, 8e-4}, 0.005, material),
+                             sample::ball(0.02, 0.03, material), sample::rod(0.15, 0.004, 0.02, material)}) {
+      const auto run = simulate(body, sample::random_state(body, random, 0.05, 1.0, 10.0), options, 20.0);
+      EXPECT_TRUE(run.nodes.back().state.position.allFinite());
+      EXPECT_LE(run.hits.size(), 2000u);
+      EXPECT_EQ(run.hits.size() == 2000u, run.status == RunStatus::impact_limit);
+      EXPECT_TRUE(run.status != RunStatus::time_limit || run.nodes.back().time_s == 20.0);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace ifa

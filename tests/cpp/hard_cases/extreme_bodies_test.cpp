@@ -22,7 +22,7 @@ INSTANTIATE_TEST_SUITE_P(Shard, HardCase18, ::testing::Range(0, kShards));
 TEST_P(HardCase18, ThinPlatesDoNotFallThrough) {
   RandomStream random(501, static_cast<std::uint64_t>(GetParam()));
   Held depth("deepest point, of the size", 1e-8);
-  const int plates = trials(1000000 / kShards, 0.1);
+  const int plates = trials(1000000 / kShards, 1.0);
   for (int i = 0; i < plates;) {
     const double thickness = std::pow(10.0, random.uniform(-5.0, -3.0));
     const Body plate = sample::box({random.uniform(0.02, 0.2), random.uniform(0.02, 0.2), thickness}, 0.01,
@@ -132,7 +132,7 @@ INSTANTIATE_TEST_SUITE_P(Shard, HardCase19Random, ::testing::Range(0, kShards));
 // field.
 TEST_P(HardCase19Random, RandomBodiesNeitherAbortNorLoseTheirNumbers) {
   RandomStream random(503, static_cast<std::uint64_t>(GetParam()));
-  const int bodies = trials(1000000 / kShards, 0.002);
+  const int bodies = trials(1000000 / kShards, 0.0005);
   int refused = 0;
   for (int i = 0; i < bodies; ++i) {
     try {

@@ -126,7 +126,7 @@ std::vector<Body> shapes() {
 }
 
 // The search itself finds a dip that it must: the tip of a rod that turns about a fixed centre.
-TEST(EarliestContactSearch, SeesAGrazingTip) {
+TEST(HardCase7Search, SeesAGrazingTip) {
   const double length = 0.2, rate = 30.0;
   const Body body = sample::rod(length, 0.0005, 0.01);
   for (const double dip : {0.0, 1e-9, 1e-6, 1e-3}) {
@@ -142,12 +142,12 @@ TEST(EarliestContactSearch, SeesAGrazingTip) {
   }
 }
 
-class EarliestContact : public ::testing::TestWithParam<int> {};
-INSTANTIATE_TEST_SUITE_P(Shape, EarliestContact, ::testing::Range(0, 8));
+class HardCase7Spinning : public ::testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Shape, HardCase7Spinning, ::testing::Range(0, 8));
 
 // Neither missed nor late, and something touches at it. Up to 1e-13 of the size counts as touching: a
 // thousand roundings of the pose.
-TEST_P(EarliestContact, NothingIsBelowTheGroundBefore) {
+TEST_P(HardCase7Spinning, NothingIsBelowTheGroundBefore) {
   const Body body = shapes()[static_cast<std::size_t>(GetParam())];
   const double size = body.bounding_radius_m();
   RandomStream random(203, static_cast<std::uint64_t>(GetParam()));

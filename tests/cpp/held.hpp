@@ -1,4 +1,4 @@
-// What the hard cases share: tolerances that are printed with what was measured, and numbers of trials.
+// Tolerances that are printed with what was measured, and numbers of random trials, for the hard cases.
 #pragma once
 
 #include <gtest/gtest.h>
