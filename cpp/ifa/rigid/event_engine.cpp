@@ -26,10 +26,11 @@ EventSimulation::EventSimulation(const Body& body, const SimulationOptions& opti
     : body_(view_of(body)), settings_(settings_of(body, options)) {}
 
 void EventSimulation::start(const State& state, double time_s, std::vector<Node>* nodes,
-                            std::vector<Load>* loads) {
+                            std::vector<Load>* loads, const Progress* progress) {
   sim_ = begin_sim(body_, settings_, state, time_s);
   nodes_ = nodes;
   loads_ = loads;
+  progress_ = progress;
   record();
 }
 
@@ -48,8 +49,10 @@ EventSimulation::Stop EventSimulation::advance(double until_s) {
   lanes::Sim* const sims[1] = {&sim_};
   lanes::Stop stop = lanes::Stop::none;
   for (;;) {
+    if (progress_) progress_->throw_if_cancelled();
     if (sim_.stage == lanes::Stage::flight) {
       one.fly(body_, settings_, sims, 1, &stop);
+      if (stop == lanes::Stop::none) continue;
       return stop == lanes::Stop::impact ? Stop::impact : Stop::time_limit;
     }
     lanes::LoadData load;
@@ -78,10 +81,9 @@ Run simulate(const Body& body, const State& state, const SimulationOptions& opti
              const Progress* progress) {
   Run run;
   EventSimulation simulation(body, options);
-  simulation.start(state, 0.0, &run.nodes);
+  simulation.start(state, 0.0, &run.nodes, nullptr, progress);
   if (simulation.approach_speed() > 0.0) run.hits.push_back(simulation.resolve());
   for (;;) {
-    if (progress) progress->throw_if_cancelled();
     const auto stop = simulation.advance(until_s);
     if (stop == EventSimulation::Stop::impact) {
       run.hits.push_back(simulation.resolve());

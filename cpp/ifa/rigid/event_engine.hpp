@@ -29,10 +29,11 @@ class EventSimulation {
 
   EventSimulation(const Body& body, const SimulationOptions& options);
 
-  // `nodes` and `loads`, where given, receive the motion and the steps of sustained contact. The state may
+  // `nodes` and `loads`, where given, receive the motion and the steps of sustained contact; a cancelled
+  // `progress` ends `advance` with Cancelled. The state may
   // touch the ground, it must not be below it (by more than 1e-6 of its size).
   void start(const State& state, double time_s, std::vector<Node>* nodes = nullptr,
-             std::vector<Load>* loads = nullptr);
+             std::vector<Load>* loads = nullptr, const Progress* progress = nullptr);
 
   // Goes on to the next impact (state() is then the state just before it), to rest, or to `until_s`.
   Stop advance(double until_s);
@@ -56,6 +57,7 @@ class EventSimulation {
   lanes::Sim sim_{};
   std::vector<Node>* nodes_ = nullptr;
   std::vector<Load>* loads_ = nullptr;
+  const Progress* progress_ = nullptr;
 };
 
 // The whole run, to rest or to `until_s`.

@@ -22,16 +22,23 @@ struct Flight::Impl {
     auto& pieces = time_s >= 0.0 ? ahead : behind;
     if (pieces.empty())
       pieces.emplace_back().expand(body, 0.0, one::pack(start.orientation), one::pack(body_spin));
+    constexpr std::size_t kMostPieces = 4096;
     while (std::abs(time_s) > std::abs(pieces.back().start_s) + pieces.back().length_s) {
       const one::RotationSeries& last = pieces.back();
       const double end = last.start_s + direction * last.length_s;
       const auto values = last.at(end);
       one::RotationSeries next;
       next.expand(body, end, last.orientation(values), last.spin(values));
+      if (pieces.size() == kMostPieces) pieces.erase(pieces.begin() + 1, pieces.end());
       pieces.push_back(next);
     }
     std::size_t i = pieces.size() - 1;
     while (i > 0 && std::abs(time_s) < std::abs(pieces[i].start_s)) --i;
+    if (std::abs(time_s) >
+        std::abs(pieces[i].start_s) + pieces[i].length_s) {  // in a gap: pieces were let go
+      pieces.resize(1);
+      return piece_at(time_s);
+    }
     return pieces[i];
   }
 };
@@ -76,9 +83,15 @@ double Flight::clearance(double time_s) const {
 }
 
 double Flight::next_contact(double until_s) const {
-  one::FlightPath path(impl_->body, one::pack(impl_->gravity), one::pack(impl_->start));
-  const double t = path.next_contact(until_s, true);
-  return t <= until_s && t < 1e100 ? t : kNever;
+  State from = impl_->start;
+  for (double begin = 0.0;;) {
+    one::FlightPath path(impl_->body, one::pack(impl_->gravity), one::pack(from));
+    const auto contact = path.next_contact(until_s - begin, true);
+    if (contact.landed) return begin + contact.time_s;
+    if (!(begin + contact.time_s <= until_s) || contact.time_s >= 1e100) return kNever;
+    begin += contact.time_s;
+    from = at(begin);
+  }
 }
 
 }  // namespace ifa

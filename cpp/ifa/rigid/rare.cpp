@@ -94,10 +94,17 @@ void solve_hard_point(const double response[6], const double free[3], double tar
   impulse[2] = normal;
 }
 
-bool supports(const double* xy, int points, double near) {
+bool supports(const double* xy, int points, double near, double rolling_m) {
   constexpr double kSlack = 1e-3;  // rad
   for (int i = 0; i < points; ++i)
     if (std::hypot(xy[2 * i], xy[2 * i + 1]) <= near) return true;
+  for (int i = 0; i < points; ++i)
+    for (int j = i + 1; j < points; ++j) {
+      const double x = xy[2 * i], y = xy[2 * i + 1], dx = xy[2 * j] - x, dy = xy[2 * j + 1] - y;
+      const double along = -(x * dx + y * dy), square = dx * dx + dy * dy;
+      if (along > 0.0 && along < square && std::abs(x * dy - y * dx) <= rolling_m * std::sqrt(square))
+        return true;
+    }
   // No gap of more than half a turn: each point has another one at most that far on, counter-clockwise.
   for (int i = 0; i < points; ++i) {
     const double x = xy[2 * i], y = xy[2 * i + 1];

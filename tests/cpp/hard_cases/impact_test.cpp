@@ -24,10 +24,9 @@ std::vector<ContactPoint> touching(const Body& body, const State& s, double with
 }
 
 ImpactResult strike(const Body& body, State& s, double within_m) {
-  ContactSolver solver;
   auto points = touching(body, s, within_m);
   EXPECT_FALSE(points.empty());
-  return resolve_impact(body, 0.0, solver, points, s);
+  return resolve_impact(body, 0.0, points, s);
 }
 
 // On the ground by its lowest point.

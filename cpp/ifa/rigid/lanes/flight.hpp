@@ -24,8 +24,14 @@ class FlightPath {
   // An upper bound of |h''| of any point of the body over the whole flight.
   Pack curvature_bound() const;
 
-  // The first instant in (0, limit] at which a point reaches the ground from above, or more than `limit`.
-  Pack next_contact(Pack limit_s, Mask where);
+  // The first instant in (0, limit] at which a point reaches the ground from above. `landed` is false where
+  // there is none (the time is then beyond the limit) and where the search has gone as far as it goes at
+  // once.
+  struct Contact {
+    Pack time_s;
+    Mask landed;
+  };
+  Contact next_contact(Pack limit_s, Mask where);
 
  private:
   void reach(Pack time_s, Mask where);
@@ -114,28 +120,39 @@ inline Motion FlightPath::at(Pack time_s, Mask where) {
 }
 
 // |h''| <= |g_z| + r |d2(up)/dt2|. For a constant spin d2(up)/dt2 = (up x w) x w has the constant length
-// |up x w| |w|; else |up' x w + up x w'| <= w^2 + |w'|, w and w' bounded by energy and momentum.
+// |up x w| |w|; else |up' x w + up x w'| <= w^2 + |w'|, each component of w bounded by its largest value on
+// the curve of constant energy and momentum (Landau and Lifshitz, Mechanics, section 37). These are written
+// without differences of nearly equal numbers: a needle's moments may differ by 1e12.
 inline Pack FlightPath::curvature_bound() const {
   const double r = body_.bounding_radius;
   const Pack fall = magnitude(gravity_.z);
   if (body_.isotropic) return fall + r * (norm(across_) * speed_ * speed_);
-  const Pack ix = broadcast(body_.inertia[0]), iy = broadcast(body_.inertia[1]),
-             iz = broadcast(body_.inertia[2]);
-  const Pack3 momentum{ix * spin_.x, iy * spin_.y, iz * spin_.z};
-  const Pack energy2 = dot(momentum, spin_), size = norm(momentum);
-  const Pack x = least(root(energy2 / ix), size / ix), y = least(root(energy2 / iy), size / iy),
-             z = least(root(energy2 / iz), size / iz);
-  const Pack3 rate{magnitude(iy - iz) / ix * y * z, magnitude(iz - ix) / iy * z * x,
-                   magnitude(ix - iy) / iz * x * y};
-  return fall + r * (x * x + y * y + z * z + norm(rate));
+  const Pack never = broadcast(1e300);
+  const Pack square[3] = {spin_.x * spin_.x, spin_.y * spin_.y, spin_.z * spin_.z};
+  int least_axis = 0, most_axis = 0;
+  for (int k = 1; k < 3; ++k) {
+    if (body_.inertia[k] < body_.inertia[least_axis]) least_axis = k;
+    if (body_.inertia[k] >= body_.inertia[most_axis]) most_axis = k;
+  }
+  const int middle_axis = 3 - least_axis - most_axis;
+  const double i1 = body_.inertia[least_axis], i2 = body_.inertia[middle_axis], i3 = body_.inertia[most_axis];
+  const Pack w1 = square[least_axis], w2 = square[middle_axis], w3 = square[most_axis];
+  const Pack most1 = root(w1 + w2 * (i2 * (i3 - i2) / (i1 * (i3 - i1))));
+  const Pack most3 = root(w3 + w2 * (i2 * (i2 - i1) / (i3 * (i3 - i1))));
+  const Pack by1 = i3 > i2 ? w1 * (i1 * (i3 - i1) / (i2 * (i3 - i2))) : never;
+  const Pack by3 = i2 > i1 ? w3 * (i3 * (i3 - i1) / (i2 * (i2 - i1))) : never;
+  const Pack most2 = root(w2 + least(by1, by3));
+  const Pack3 rate{((i3 - i2) / i1) * most2 * most3, ((i3 - i1) / i2) * most3 * most1,
+                   ((i2 - i1) / i3) * most1 * most2};
+  return fall + r * (most1 * most1 + most2 * most2 + most3 * most3 + norm(rate));
 }
 
 // Conservative advancement: from a time t every point stays above h + h' s - A s^2 / 2, so no root is stepped
 // over, and near a root the step is Newton's. A circular edge is the lower envelope of its points; with a and
 // b the parts of the up vector and of its rate across the axis, and |a + s b| <= |a| + s a.b / |a| + s^2 b^2
 // / (2 |a|) or, near its flat pose, |a| + s |b|, it has bounds of the same form.
-inline Pack FlightPath::next_contact(Pack limit_s, Mask where) {
-  constexpr int kMostAdvances = 100000;
+inline FlightPath::Contact FlightPath::next_contact(Pack limit_s, Mask where) {
+  constexpr int kMostAdvances = 10000;
   const Pack zero = broadcast(0.0), never = broadcast(1e100);
   const Pack bound = greatest(curvature_bound(), broadcast(1e-290));
   const double size = body_.bounding_radius;
@@ -144,7 +161,7 @@ inline Pack FlightPath::next_contact(Pack limit_s, Mask where) {
   const Pack floor = 1e-14 * (size + magnitude(start_.position.z));
   const Pack least_step = 1e-8 * root(size / bound);
   Pack t = zero;
-  Mask open = where & (limit_s >= zero);
+  Mask open = where & (limit_s >= zero), found = none();
   // The step until a point at height h > 0 may touch, where that is before `step`.
   const auto shorten = [&](Pack& step, Pack h, Pack rate, Pack curvature) {
     const Mask sooner = h + step * (rate - (0.5 * curvature) * step) < zero;
@@ -189,11 +206,13 @@ inline Pack FlightPath::next_contact(Pack limit_s, Mask where) {
     }
     // A step that time cannot resolve, just above the ground: the root is here.
     const Mask stuck = step <= 4e-16 * t;
-    open = open & negated(landed | (stuck & near));
+    const Mask here = open & (landed | (stuck & near));
+    found = found | here;
+    open = open & negated(here);
     t = select(open, t + select(stuck, greatest(8e-16 * t, least_step), step), t);
     open = open & (t <= limit_s);
   }
-  return t;
+  return {t, found};
 }
 
 }  // namespace ifa::IFA_LANES_NAMESPACE

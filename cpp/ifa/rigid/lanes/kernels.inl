@@ -22,16 +22,17 @@ void fly(const BodyView& body, const Settings& settings, Sim* const* sims, int c
   }
   const Mask lanes = first_lanes(count);
   FlightPath path(body, broadcast(settings.gravity), start);
-  const Pack contact = path.next_contact(limit, lanes);
-  const Mask in_time = contact <= limit;
-  const Motion end = path.at(select(in_time, contact, limit), lanes);
+  const FlightPath::Contact contact = path.next_contact(limit, lanes);
+  const Mask in_time = contact.time_s <= limit;
+  const Motion end = path.at(select(in_time, contact.time_s, limit), lanes);
   for (int l = 0; l < count; ++l) {
     Sim& s = *sims[l];
-    stops[l] = get_bit(in_time, l) ? Stop::impact : Stop::time_limit;
-    s.time_s = get_bit(in_time, l) ? s.time_s + get(contact, l) : s.until_s;
+    const bool goes_on = get_bit(in_time, l);  // without a landing: so fast a spin that the search takes turns
+    stops[l] = get_bit(contact.landed, l) ? Stop::impact : goes_on ? Stop::none : Stop::time_limit;
+    s.time_s = goes_on ? s.time_s + get(contact.time_s, l) : s.until_s;
   }
   const Rotation r = rotation(end.orientation);
-  const Bearing bearing = touching_points(body, Points(body, r.up()), end, r, in_time);
+  const Bearing bearing = touching_points(body, Points(body, r.up()), end, r, contact.landed);
   for (int l = 0; l < count; ++l) sims[l]->touching = bearing.count[l];
   store(end, sims, count);
 }

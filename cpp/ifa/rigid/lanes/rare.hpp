@@ -10,8 +10,8 @@ void solve_hard_point(const double response[6], const double free[3], double tar
                       double impulse[3]);
 
 // Whether the centre is over the points at `xy` (x y of each): seen from above they leave no gap of more than
-// half a turn (and 1e-3 rad) around it, or one lies within `near` of it. A body that balances on an edge for
-// a moment is not at rest.
-bool supports(const double* xy, int points, double near);
+// half a turn (and 1e-3 rad) around it, or one lies within `near` of it, or it is within `rolling_m` of the line
+// between two, where rolling friction holds it. A body that balances on an edge for a moment is not at rest.
+bool supports(const double* xy, int points, double near, double rolling_m);
 
 }  // namespace ifa::lanes

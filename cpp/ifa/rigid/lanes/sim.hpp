@@ -65,7 +65,8 @@ struct Kernels {
   int width;
   // The least normal velocity over the touching points, 1e100 where none touches.
   double (*separation_speed)(const BodyView&, const Sim&);
-  // From flight to the instant of the next impact (the state is that just before it), or to until_s.
+  // From flight to the instant of the next impact (the state is that just before it), or to until_s;
+  // Stop::none: on the way there.
   void (*fly)(const BodyView&, const Settings&, Sim* const* sims, int count, Stop* stops);
   // Resolves the impact at a state that touches the ground, and chooses what comes next: flight or contact.
   void (*resolve)(const BodyView&, const Settings&, Sim* const* sims, int count, HitData* hits);

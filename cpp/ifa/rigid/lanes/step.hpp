@@ -267,8 +267,9 @@ inline Mask ContactStep::land(Pack& length, Motion& m, int* newcomer) {
   return hard;
 }
 
-// Moves the pose so that held points are on the ground and none is below: the least change in the metric of
-// the mass matrix, by Gauss-Seidel. Undoes the step's second-order drift.
+// Moves the pose so that held points are on the ground and none is below: the least change in the metric of a
+// ball as large as the body, by Gauss-Seidel. Undoes the step's second-order drift. (The metric of the mass
+// matrix turns a needle, whose moments may differ by 1e12, wildly about its axis.)
 inline void ContactStep::project(Motion& m, Mask landing, const int* newcomer) {
   if (any(landing)) {
     held_[helds_] = landing;
@@ -313,8 +314,7 @@ inline void ContactStep::project(Motion& m, Mask landing, const int* newcomer) {
 
 inline void ContactStep::hold_on_ground(Motion& m, Mask where) const {
   const Pack zero = broadcast(0.0);
-  const double inverse_mass = 1.0 / body_.mass;
-  const Symmetric w = inverse_inertia(body_, rotation(m.orientation));
+  const double inverse_size2 = 1.0 / (body_.bounding_radius * body_.bounding_radius);
   Mask open = where;
   for (int round = 0; round < 3 && any(open); ++round) {
     const Rotation r = rotation(m.orientation);
@@ -326,9 +326,9 @@ inline void ContactStep::hold_on_ground(Motion& m, Mask where) const {
     for (int i = 0; i < helds_; ++i) {
       const Pack3 p = r.apply(points_.at(held_point_[i]));
       lever[i] = {p.y, -p.x, zero};
-      response[i] = w.apply(lever[i]);
+      response[i] = inverse_size2 * lever[i];
       height[i] = z + p.z;
-      give[i] = broadcast(1.0) / (inverse_mass + dot(lever[i], response[i]));
+      give[i] = 1.0 / (1.0 + dot(lever[i], response[i]));
       worst = select(held_[i], greatest(worst, magnitude(height[i])), worst);
     }
     Mask sweeping = open;
@@ -339,7 +339,7 @@ inline void ContactStep::hold_on_ground(Motion& m, Mask where) const {
         if (!any(here)) continue;
         const Pack h = height[i] + rise + dot(turn, lever[i]);
         const Pack push = -h * give[i];
-        rise = select(here, rise + push * inverse_mass, rise);
+        rise = select(here, rise + push, rise);
         turn = select(here, turn + push * response[i], turn);
         change = select(here, greatest(change, magnitude(h)), change);
       }
@@ -380,11 +380,11 @@ inline void ContactStep::keep_bearing(Motion& m, Mask where) const {
 // Sustained contact never adds energy: what the step's error added is taken from the velocities.
 inline void ContactStep::limit_energy(Motion& m) const {
   const Rotation r = rotation(m.orientation);
-  const Pack excess = energy(m, r) - energy(start_, turned_);
-  const Mask gained = active_ & (excess > broadcast(0.0));
-  if (!any(gained)) return;
   const Pack kinetic = kinetic_energy(body_, m.velocity, r.inverse(m.spin));
-  const Pack scale = select(kinetic > excess, root(positive(1.0 - excess / kinetic)), broadcast(0.0));
+  const Pack allowed = energy(start_, turned_) + body_.mass * dot(gravity_, m.position);
+  const Mask gained = active_ & (kinetic > allowed);
+  if (!any(gained)) return;
+  const Pack scale = root(positive(allowed / kinetic));
   m.velocity = select(gained, scale * m.velocity, m.velocity);
   m.spin = select(gained, scale * m.spin, m.spin);
 }
@@ -441,6 +441,8 @@ inline void ContactStep::run(Stop* stops, lanes::LoadData* loads) {
   const Rotation r = rotation(m.orientation);
   Pack approach = broadcast(0.0);
   if (any(landing)) approach = approach_speed(body_, Points(body_, r.up()), m, r);
+  // What is as slow as that for so long creeps: nothing that balances unstably stays slow for a second.
+  constexpr double kLongestCreep = 20.0;
   const Pack speed = slowness(m);
   for (int l = 0; l < count_; ++l) {
     if (!get_bit(solved, l)) continue;
@@ -473,7 +475,9 @@ inline void ContactStep::run(Stop* stops, lanes::LoadData* loads) {
         arm[2 * i] = get(slot_[i].arm.x, l);
         arm[2 * i + 1] = get(slot_[i].arm.y, l);
       }
-      rests = lanes::supports(arm, bearing_.count[l], 1e-3 * body_.bounding_radius);
+      rests =
+          lanes::supports(arm, bearing_.count[l], 1e-3 * body_.bounding_radius, body_.rolling_friction_m) ||
+          s.time_s - s.slow_since_s >= kLongestCreep * settings_.rest_duration_s;
     }
     if (!rests) continue;
     stops[l] = Stop::rest;
