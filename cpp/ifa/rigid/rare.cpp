@@ -94,6 +94,65 @@ void solve_hard_point(const double response[6], const double free[3], double tar
   impulse[2] = normal;
 }
 
+void solve_smooth_contacts(const double rows[][3], const double* wanted, int n, double* push) {
+  std::fill_n(push, n, 0.0);
+  double most = 0.0;
+  for (int i = 0; i < n; ++i) most = std::max(most, wanted[i]);
+  if (most <= 0.0) return;  // nothing approaches
+  const auto row = [&](int i) { return Vec3(rows[i][0], rows[i][1], rows[i][2]); };
+  Vec3 best_x = Vec3::Zero();
+  double best = most;
+  int set[3] = {};
+  const auto attempt = [&](int size) {
+    Mat3 gram = Mat3::Identity();
+    Vec3 b = Vec3::Zero();
+    for (int p = 0; p < size; ++p) {
+      b[p] = wanted[set[p]];
+      for (int q = 0; q < size; ++q) gram(p, q) = row(set[p]).dot(row(set[q]));
+    }
+    const Eigen::FullPivLU<Mat3> solver(gram);
+    Vec3 weight = Vec3::Zero(), x = Vec3::Zero();
+    for (int round = 0; round < 2; ++round) {  // the second refines: the Gram matrix squares the condition
+      Vec3 missing = b;
+      for (int p = 0; p < size; ++p) missing[p] -= row(set[p]).dot(x);
+      weight += solver.solve(missing);
+      x.setZero();
+      for (int p = 0; p < size; ++p) x += weight[p] * row(set[p]);
+    }
+    for (int p = 0; p < size; ++p)
+      if (!(weight[p] >= 0.0)) return;
+    double lack = 0.0;
+    for (int i = 0; i < n; ++i) lack = std::max(lack, wanted[i] - row(i).dot(x));
+    if (!(lack < best)) return;
+    best = lack;
+    best_x = x;
+    std::fill_n(push, n, 0.0);
+    for (int p = 0; p < size; ++p) push[set[p]] = weight[p];
+  };
+  for (set[0] = 0; set[0] < n; ++set[0]) {
+    attempt(1);
+    for (set[1] = set[0] + 1; set[1] < n; ++set[1]) {
+      attempt(2);
+      for (set[2] = set[1] + 1; set[2] < n; ++set[2]) attempt(3);
+    }
+  }
+  // All points that just reach what is wanted share the load, where they can.
+  Mat3 gram = Mat3::Zero();
+  const auto bears = [&](int i) { return std::abs(row(i).dot(best_x) - wanted[i]) <= 1e-12 * most; };
+  for (int i = 0; i < n; ++i)
+    if (bears(i)) gram += row(i) * row(i).transpose();
+  const Eigen::FullPivLU<Mat3> solver(gram);
+  if (solver.rank() < 3) return;
+  Vec3 share = solver.solve(best_x);
+  share += solver.solve(best_x - gram * share);
+  double shared[kMostSmooth];
+  for (int i = 0; i < n; ++i) {
+    shared[i] = bears(i) ? row(i).dot(share) : 0.0;
+    if (shared[i] < 0.0) return;
+  }
+  std::copy_n(shared, n, push);
+}
+
 bool supports(const double* xy, int points, double near, double rolling_m) {
   constexpr double kSlack = 1e-3;  // rad
   for (int i = 0; i < points; ++i)

@@ -133,19 +133,60 @@ inline Pack3 solve_point(const ContactSlot& p, const Pack3& free, double frictio
   return impulse;
 }
 
+// The normal velocities of points by three coordinates: with the rows J_i = (1, L^T (r_i x up)), L L^T the
+// horizontal inverse inertia times the mass, the matrix of the normal problem is J J^T over the mass.
+struct NormalRows {
+  Pack l00, l10, l11;
+
+  explicit NormalRows(const ContactBodies& body) {
+    const Symmetric& w = body.inverse_inertia;
+    const Pack mass = 1.0 / body.inverse_mass;
+    l00 = root(mass * w.xx);
+    l10 = mass * w.xy / l00;
+    l11 = root(positive(mass * w.yy - l10 * l10));
+  }
+  Pack3 operator()(const ContactSlot& p) const {
+    return {broadcast(1.0), l00 * p.arm.y - l10 * p.arm.x, -l11 * p.arm.x};
+  }
+};
+
+// Without friction: the exact solution, one simulation at a time.
+inline void solve_smooth(const ContactBodies& body, ContactSlot* slot, int n, Mask where, Pack3& velocity,
+                         Pack3& spin) {
+  const NormalRows row(body);
+  for (unsigned b = bits(where); b; b &= b - 1) {
+    const int l = __builtin_ctz(b);
+    double rows[lanes::kMostSmooth][3], wanted[lanes::kMostSmooth], push[lanes::kMostSmooth];
+    int index[lanes::kMostSmooth], count = 0;
+    for (int i = 0; i < n && count < lanes::kMostSmooth; ++i) {
+      const ContactSlot& p = slot[i];
+      if (!get_bit(p.valid, l)) continue;
+      const Pack3 j = row(p);
+      rows[count][0] = get(j.x, l), rows[count][1] = get(j.y, l), rows[count][2] = get(j.z, l);
+      wanted[count] = get(p.target, l) - get(velocity.z + (spin.x * p.arm.y - spin.y * p.arm.x), l);
+      index[count++] = i;
+    }
+    lanes::solve_smooth_contacts(rows, wanted, count, push);
+    for (int i = 0; i < count; ++i) {
+      set(slot[index[i]].impulse.x, l, 0.0), set(slot[index[i]].impulse.y, l, 0.0);
+      set(slot[index[i]].impulse.z, l, push[i] / get(body.inverse_mass, l));
+    }
+  }
+  for (int i = 0; i < n; ++i) {
+    const ContactSlot& p = slot[i];
+    const Mask pushes = where & p.valid & (p.impulse.z > broadcast(0.0));
+    velocity = select(pushes, velocity + body.inverse_mass * p.impulse, velocity);
+    spin = select(pushes, spin + body.inverse_inertia.apply(cross(p.arm, p.impulse)), spin);
+  }
+}
+
 // Normal impulses that reach the targets without friction: the least-norm solution, so that a symmetric body
-// is loaded symmetrically, and a good start for the sweeps where points are redundant. The n x n matrix of
-// the normal problem, times the mass, is J J^T with rows J_i = (1, L^T (r_i x up)), L L^T the horizontal
-// inverse inertia times the mass.
+// is loaded symmetrically, and a good start for the sweeps where points are redundant.
 inline void share_load(const ContactBodies& body, ContactSlot* slot, int n, Mask where, const Pack3& velocity,
                        const Pack3& spin) {
   const Pack zero = broadcast(0.0);
-  const Symmetric& w = body.inverse_inertia;
   const Pack mass = 1.0 / body.inverse_mass;
-  const Pack l00 = root(mass * w.xx), l10 = mass * w.xy / l00, l11 = root(positive(mass * w.yy - l10 * l10));
-  const auto row = [&](const ContactSlot& p) {
-    return Pack3{broadcast(1.0), l00 * p.arm.y - l10 * p.arm.x, -l11 * p.arm.x};
-  };
+  const NormalRows row(body);
   Symmetric gram{zero, zero, zero, zero, zero, zero};
   Pack3 wanted = broadcast(0.0, 0.0, 0.0);
   for (int i = 0; i < n; ++i) {
@@ -242,7 +283,15 @@ inline void solve_contacts(const ContactBodies& body, ContactSlot* slot, int n, 
     p.stiffness = inverse(p.response);
   }
   const Mask redundant = where & (points >= broadcast(3.0));
-  const Mask cold = redundant & negated(warm);
+  const Mask smooth =
+      where & mask_of(body.friction == 0.0 && body.rolling_friction_m == 0.0 && body.spin_friction_m == 0.0) &
+      (points >= broadcast(2.0));
+  if (any(smooth)) {
+    solve_smooth(body, slot, n, smooth, velocity, spin);
+    where = where & negated(smooth);
+    if (!any(where)) return;
+  }
+  const Mask cold = where & redundant & negated(warm);
   if (any(cold)) share_load(body, slot, n, cold, velocity, spin);
   for (int i = 0; i < n; ++i) {
     const ContactSlot& p = slot[i];

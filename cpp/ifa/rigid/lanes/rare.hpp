@@ -9,9 +9,16 @@ namespace ifa::lanes {
 void solve_hard_point(const double response[6], const double free[3], double target, double friction,
                       double impulse[3]);
 
+// The frictionless problem of `n` points, at most kMostSmooth: the least x with rows . x >= wanted is a sum
+// of rows with the weights `push` >= 0. Exact: tries every set of up to three points (x has three
+// coordinates). Where more bear exactly, they share the load by least squares.
+inline constexpr int kMostSmooth = 32;
+void solve_smooth_contacts(const double rows[][3], const double* wanted, int n, double* push);
+
 // Whether the centre is over the points at `xy` (x y of each): seen from above they leave no gap of more than
-// half a turn (and 1e-3 rad) around it, or one lies within `near` of it, or it is within `rolling_m` of the line
-// between two, where rolling friction holds it. A body that balances on an edge for a moment is not at rest.
+// half a turn (and 1e-3 rad) around it, or one lies within `near` of it, or it is within `rolling_m` of the
+// line between two, where rolling friction holds it. A body that balances on an edge for a moment is not at
+// rest.
 bool supports(const double* xy, int points, double near, double rolling_m);
 
 }  // namespace ifa::lanes
