@@ -116,6 +116,13 @@ inline Pack3 solve_point(const ContactSlot& p, const Pack3& free, double frictio
     const Mask good = slide.newton(-p.impulse.x / before, -p.impulse.y / before, warm, alone, impulse);
     left = left & negated(good);
   }
+  // Cold, first against the tangential impulse that would stick, then along the free slip.
+  const Pack hold = root(stick.x * stick.x + stick.y * stick.y);
+  const Mask held = left & (hold > zero);
+  if (any(held)) {
+    const Mask good = slide.newton(-stick.x / hold, -stick.y / hold, held, true, impulse);
+    left = left & negated(good);
+  }
   const Mask slips = left & (slip > zero);
   if (any(slips)) {
     const Mask good = slide.newton(free.x / slip, free.y / slip, slips, true, impulse);

@@ -70,10 +70,10 @@ class ContactStep {
 };
 
 // Most steps are `step_s`. Flat on three points or more and without tumbling, a slide's forces are constant,
-// so that a step may be four times as long, and ends where the slide does.
+// so that a step may be sixteen times as long, and ends where the slide does.
 inline Pack ContactStep::choose_length(Pack time_s, Pack until_s) {
   constexpr double kLargestTurn = 0.05;  // rad in one step
-  constexpr double kFlatSteps = 4.0, kShortestStop = 0.25;
+  constexpr double kFlatSteps = 16.0, kShortestStop = 0.25;
   const Pack step = broadcast(settings_.step_s), zero = broadcast(0.0);
   Pack length = step;
   if (body_.friction > 0.0 && settings_.gravity[2] < 0.0) {
@@ -130,7 +130,7 @@ inline void ContactStep::add_settling_points(Pack length) {
 // Velocities at the end of a step with the touching points held above the ground. Forces are evaluated at the
 // predicted pose, so that a pivot's centripetal force turns with it.
 inline void ContactStep::solve(Pack length) {
-  constexpr double kTolerance = 1e-5;  // of what gravity adds in a step: of the contact problem
+  constexpr double kTolerance = 1e-4;  // of what gravity adds in a step: of the contact problem
   constexpr int kMostSweeps = 100;
   const Pack zero = broadcast(0.0);
   end_ = start_;
@@ -241,7 +241,7 @@ inline Pack ContactStep::lowest_newcomer(const Motion& m, const Rotation& r, int
 // Where a point lands within the step, ends the step as it touches (regula falsi, Illinois): the part of the
 // step before has the same forces. Returns where that is so.
 inline Mask ContactStep::land(Pack& length, Motion& m, int* newcomer) {
-  constexpr double kSoftLanding = 0.1;  // of the micro speed: a slower landing is no impact
+  constexpr double kSoftLanding = 1.0;  // of the micro speed: a slower landing does not bounce
   constexpr double kLanded = 1e-9;      // of the size; the projection closes the rest
   Rotation r = rotation(m.orientation);
   const Pack high_height = lowest_newcomer(m, r, newcomer);
@@ -457,12 +457,12 @@ inline void ContactStep::run(Stop* stops, lanes::LoadData* loads) {
   if (any(landing)) approach = approach_speed(body_, Points(body_, r.up()), m, r);
   // What is as slow as that for so long creeps: nothing that balances unstably stays slow for a second.
   constexpr double kLongestCreep = 20.0;
-  const Pack speed = slowness(m);
+  const Pack speed_before = slowness(start_), speed = slowness(m);
   for (int l = 0; l < count_; ++l) {
     if (!get_bit(solved, l)) continue;
     Sim& s = *sims_[l];
-    const double share = get(length, l) / get(whole_, l);
-    if (loads) loads[l] = {s.time_s, get(length, l), share * get(normal_impulse_, l), get(slip_speed_, l)};
+    const double part = get(length, l) / get(whole_, l);
+    if (loads) loads[l] = {s.time_s, get(length, l), part * get(normal_impulse_, l), get(slip_speed_, l)};
     const double begin_s = s.time_s;
     s.touching = bearing_.count[l] + (get_bit(landing, l) ? 1 : 0);
     s.time_s += get(length, l);
@@ -475,9 +475,11 @@ inline void ContactStep::run(Stop* stops, lanes::LoadData* loads) {
       s.slow = s.still_steps = 0;
       continue;
     }
-    if (!s.slow) {
+    if (!s.slow) {  // since when, by the straight line between the speeds at the ends of the step
       s.slow = 1;
-      s.slow_since_s = begin_s;
+      const double fast = get(speed_before, l), slow = get(speed, l);
+      const double share = fast > settings_.rest_speed ? (fast - settings_.rest_speed) / (fast - slow) : 0.0;
+      s.slow_since_s = begin_s + share * get(length, l);
     }
     // On three points, or on one round one, standing still is for good: no need to watch it.
     const bool stable = get(loaded_, l) >= 3.0 || (body_.vertices == 1 && body_.rings == 0);
