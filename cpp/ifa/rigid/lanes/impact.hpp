@@ -52,15 +52,17 @@ inline ImpactOutcome resolve_impact(const BodyView& body, Pack micro_speed, Cont
   const Pack allowed = before * (1.0 + 4e-16);
   struct Attempt {
     Pack3 velocity, spin;
+    Pack energy;
     Mask gains;
   };
   const auto attempt = [&](Mask lanes, double friction) {
-    Attempt a{m.velocity, m.spin, none()};
+    Attempt a{m.velocity, m.spin, zero, none()};
     for (int i = 0; i < n; ++i) slot[i].impulse = select(lanes, broadcast(0.0, 0.0, 0.0), slot[i].impulse);
     Pack3 torque = broadcast(0.0, 0.0, 0.0);
     const ContactBodies problem{broadcast(1.0 / body.mass), inverse_inertia(body, r), friction, 0.0, 0.0};
     solve_contacts(problem, slot, n, lanes, 1e-12 * scale, kMostSweeps, a.velocity, a.spin, torque);
-    a.gains = lanes & (kinetic_energy(body, a.velocity, r.inverse(a.spin)) > allowed);
+    a.energy = kinetic_energy(body, a.velocity, r.inverse(a.spin));
+    a.gains = lanes & negated(a.energy <= allowed);  // also where it is not a number
     return a;
   };
   const Attempt wanted = attempt(where, body.friction);
@@ -83,6 +85,11 @@ inline ImpactOutcome resolve_impact(const BodyView& body, Pack micro_speed, Cont
       for (int i = 0; i < n; ++i)
         slot[i].impulse = select(smooth.gains, broadcast(0.0, 0.0, 0.0), slot[i].impulse);
     }
+    // An outcome that multiplies the energy, or is no number, is none to blend with.
+    const Mask wild = negated(wanted.energy <= 4.0 * before);
+    velocity = select(wild, dull.velocity, velocity);
+    spin = select(wild, dull.spin, spin);
+    for (int i = 0; i < n; ++i) slot[i].elastic = select(gains & wild, slot[i].impulse, slot[i].elastic);
     const Pack3 dv = velocity - dull.velocity, dw = spin - dull.spin;
     const Pack3 w0 = r.inverse(dull.spin), w1 = r.inverse(dw);
     const Pack a = kinetic_energy(body, dv, w1);
