@@ -1,4 +1,4 @@
-// Bullet as a peer, behind a C interface for bullet_peer.py, set up as its documentation advises and, where
+// Bullet as a peer, set up as its documentation advises and, where
 // the defaults would spoil its bounces, as measured to suit it:
 // - btConvexHullShape on btStaticPlaneShape; its margin is the rounding radius, which makes it the hull
 // rounded
@@ -19,34 +19,18 @@
 // Double precision (Bullet's -float64 libraries), as all engines here.
 #include <btBulletDynamicsCommon.h>
 
-#include <cmath>
-#include <cstdint>
-#include <limits>
+#include <algorithm>
+#include <string>
 
-extern "C" {
-
-struct BulletBody {
-  const double* vertices_m;  // (vertex_count, 3) about the centre of mass, principal axes
-  std::int64_t vertex_count;
-  double radius_m, mass_kg;
-  double inertia_kg_m2[3];
-  double restitution, friction;
-};
-
-struct BulletOptions {
-  double step_s, until_s, gravity_m_s2, micro_speed_m_s;
-  double rest_speed_m_s, rest_span_s;  // rest: |v| + |omega| reach below the speed for the span
-};
-}
+#include "peer.hpp"
 
 namespace {
 
 constexpr double kUnitsPerM = 100.0;
-constexpr int kRow = 13;  // position, quaternion w x y z, velocity, angular velocity
 
 class World {
  public:
-  World(const BulletBody& body, const BulletOptions& options)
+  World(const PeerBody& body, const PeerOptions& options)
       : dispatcher_(&configuration_),
         world_(&dispatcher_, &broadphase_, &solver_, &configuration_),
         plane_(btVector3(0, 0, 1), 0),
@@ -72,9 +56,8 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  // Runs from one state to rest or to the limit. Returns the number of steps; `rests` says which. `trace`,
-  // where given, has `room` rows.
-  std::int64_t run(const double* state, const BulletOptions& options, bool& rests, double* trace,
+  // Runs from one state to rest or to the limit; the number of rows of its trace.
+  std::int64_t run(const double* state, const PeerOptions& options, PeerEnd& end, double* trace,
                    std::int64_t room) {
     const btTransform start(btQuaternion(state[4], state[5], state[6], state[3]), units(state));
     body_.setWorldTransform(start);
@@ -88,21 +71,21 @@ class World {
     const double rest_steps = options.rest_span_s / options.step_s;
     std::int64_t step = 0, slow_steps = 0;
     for (;; ++step) {
-      if (trace && step < room) write(trace + kRow * step);
+      if (trace && step < room) write(static_cast<double>(step) * options.step_s, trace + kTraceWidth * step);
       const double speed = body_.getLinearVelocity().length() + reach_ * body_.getAngularVelocity().length();
       slow_steps = speed <= options.rest_speed_m_s * kUnitsPerM ? slow_steps + 1 : 0;
-      rests = static_cast<double>(slow_steps) > rest_steps;
-      if (rests || step >= limit) break;
+      end = static_cast<double>(slow_steps) > rest_steps ? peer_at_rest : peer_moving;
+      if (end == peer_at_rest || step >= limit) break;
       world_.stepSimulation(options.step_s, 0);
     }
     world_.removeRigidBody(&body_);
-    return step;
+    return step + 1;
   }
 
  private:
   static btVector3 units(const double* m) { return kUnitsPerM * btVector3(m[0], m[1], m[2]); }
 
-  static btRigidBody::btRigidBodyConstructionInfo construction_info(const BulletBody& body,
+  static btRigidBody::btRigidBodyConstructionInfo construction_info(const PeerBody& body,
                                                                     btConvexHullShape& hull) {
     for (std::int64_t i = 0; i < body.vertex_count; ++i)
       hull.addPoint(units(body.vertices_m + 3 * i), i + 1 == body.vertex_count);
@@ -115,17 +98,14 @@ class World {
     return info;
   }
 
-  void write(double* row) const {
+  void write(double time_s, double* row) const {
     const btTransform& t = body_.getWorldTransform();
     const btQuaternion q = t.getRotation();
-    const btVector3& v = body_.getLinearVelocity();
-    const btVector3& w = body_.getAngularVelocity();
-    for (int i = 0; i < 3; ++i) {
-      row[i] = t.getOrigin()[i] / kUnitsPerM;
-      row[7 + i] = v[i] / kUnitsPerM;
-      row[10 + i] = w[i];
-    }
-    row[3] = q.w(), row[4] = q.x(), row[5] = q.y(), row[6] = q.z();
+    *row++ = time_s;
+    for (int i = 0; i < 3; ++i) *row++ = t.getOrigin()[i] / kUnitsPerM;
+    for (const double c : {q.w(), q.x(), q.y(), q.z()}) *row++ = c;
+    for (int i = 0; i < 3; ++i) *row++ = body_.getLinearVelocity()[i] / kUnitsPerM;
+    for (int i = 0; i < 3; ++i) *row++ = body_.getAngularVelocity()[i];
   }
 
   btDefaultCollisionConfiguration configuration_;
@@ -141,19 +121,17 @@ class World {
 
 }  // namespace
 
-extern "C" {
-
-__attribute__((visibility("default"))) int bullet_version() { return BT_BULLET_VERSION; }
-
-// `states` (n, 13) in principal axes; `rests` (n). Returns the number of steps in all. `trace`, for n = 1,
-// receives up to `room` rows, one before each step and one after the last.
-__attribute__((visibility("default"))) std::int64_t bullet_run(const BulletBody* body,
-                                                               const BulletOptions* options, std::int64_t n,
-                                                               const double* states, bool* rests,
-                                                               double* trace, std::int64_t room) {
-  World world(*body, *options);
-  std::int64_t steps = 0;
-  for (std::int64_t i = 0; i < n; ++i) steps += world.run(states + kRow * i, *options, rests[i], trace, room);
-  return steps;
+const char* peer_version() {
+  static const std::string version = "Bullet " + std::to_string(BT_BULLET_VERSION / 100) + "." +
+                                     std::to_string(BT_BULLET_VERSION % 100) + ", double precision";
+  return version.c_str();
 }
+
+std::int64_t peer_run(const PeerBody* body, const PeerOptions* options, std::int64_t n, const double* states,
+                      PeerEnd* ends, double* trace, std::int64_t room) {
+  World world(*body, *options);
+  std::int64_t rows = 0;
+  for (std::int64_t i = 0; i < n; ++i)
+    rows = world.run(states + kStateWidth * i, *options, ends[i], trace, room);
+  return trace ? rows : 0;
 }
