@@ -33,7 +33,8 @@ struct Load {
   double slip_speed_m_s;  // the largest over the loaded points
 };
 
-enum class RunStatus { rest, time_limit, impact_limit };
+// `failed`: the engine gave up, and what it has until then is kept.
+enum class RunStatus { rest, time_limit, impact_limit, failed };
 
 struct Run {
   RunStatus status = RunStatus::time_limit;
