@@ -1,16 +1,17 @@
 """What is read from a motion, by one measure for all engines: contacts, energy, penetration, rest.
 
 A *contact* is an event of CONVENTIONS.md: hull points that reach the ground faster than 0.05 m/s,
-those less than 10 ms after the one before counted with it; its time is the first one's.
+those less than 10 ms after the one before counted with it; its time is the first one's. Stepped
+engines know of it up to a step late: their time is moved to the instant within the step at which
+the point crossed the ground.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 import ifa
+import numpy as np
 
 from .starts import Array, up_in_body_axes
 
@@ -19,15 +20,16 @@ AUDIBLE_SPEED_M_S = 0.05
 MERGE_GAP_S = 10e-3
 REST_SPEED_M_S = 0.01
 REST_SPAN_S = 0.05
-# Some engines bounce a point back that is still this far above the ground, since it would pass
-# through within the step, or to keep a margin.
+# Bullet bounces a point back that is still a little above the ground, where a step would take it
+# through.
 EARLY_BOUNCE_M = 3e-4
+TOUCH_SHARE = 1e-7  # of the body's size: points this near to the ground touch it
 CONTACTS = 4
 
 
 @dataclass(frozen=True)
 class Trace:
-    """A motion, one row a step: world axes, quaternions wxyz. `rests`: whether it ended at rest."""
+    """A motion: world axes, quaternions wxyz. `rests`: it ended at rest, `failed`: in an error."""
 
     times_s: Array
     positions_m: Array
@@ -35,6 +37,7 @@ class Trace:
     velocities_m_s: Array
     spins_rad_s: Array
     rests: bool
+    failed: bool = False
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,45 @@ class Outcome:
     energy_gain: float
     penetration_m: float
     rests: bool
+    failed: bool
+
+
+def of_steps(body: ifa.Body, trace: Trace) -> Outcome:
+    """The outcome of a motion of which every step is known.
+
+    A point strikes within a step if it crosses the ground, at the instant that its heights at the
+    step's ends give by linear interpolation, or if it is thrown back from just above the ground, at
+    the instant at which it would have got there. The energy counts only where nothing touches: a
+    soft contact is lent energy and gives it back.
+    """
+    gaps, rates = _gaps_and_rates(body, trace)
+    before, after = gaps[:-1], gaps[1:]
+    step_s = np.diff(trace.times_s)[:, None]
+    falls = (before > 0.0) & (after <= 0.0) & (before - after > AUDIBLE_SPEED_M_S * step_s)
+    thrown = (
+        (before > 0.0) & (before < EARLY_BOUNCE_M) & (after > 0.0)
+        & (rates[:-1] < -AUDIBLE_SPEED_M_S) & (rates[1:] >= 0.0)
+    )  # fmt: skip
+    strikes = []
+    for struck, speed in ((falls, (before - after) / step_s), (thrown, -rates[:-1])):
+        rows, points = np.nonzero(struck)
+        strikes.append(trace.times_s[rows] + before[rows, points] / speed[rows, points])
+    lowest = gaps.min(axis=1)
+    return _outcome(trace, np.concatenate(strikes), energies(body, trace)[lowest > 0.0], lowest)
+
+
+def of_nodes(body: ifa.Body, trace: Trace) -> Outcome:
+    """The outcome of a motion that holds both sides of each impact, at equal times.
+
+    Before an impact a point that has crossed the ground did so its depth over its speed ago.
+    """
+    gaps, rates = _gaps_and_rates(body, trace)
+    impacts = np.append(np.diff(trace.times_s) == 0.0, False)
+    size_m = float(np.linalg.norm(body.vertices_m, axis=1).max()) + body.radius_m
+    strikes = impacts[:, None] & (gaps <= TOUCH_SHARE * size_m) & (rates < -AUDIBLE_SPEED_M_S)
+    rows, points = np.nonzero(strikes)
+    since_s = np.minimum(gaps[rows, points], 0.0) / rates[rows, points]
+    return _outcome(trace, trace.times_s[rows] - since_s, energies(body, trace), gaps.min(axis=1))
 
 
 def first_contacts(strikes_s: Array) -> Array:
@@ -64,84 +106,34 @@ def first_contacts(strikes_s: Array) -> Array:
 
 def energies(body: ifa.Body, trace: Trace) -> Array:
     """Kinetic and potential energy (n,), J."""
-    w, axis = trace.quaternions_wxyz[:, :1], -trace.quaternions_wxyz[:, 1:]
-    twice = 2.0 * np.cross(axis, trace.spins_rad_s)
-    spins = trace.spins_rad_s + w * twice + np.cross(axis, twice)  # body axes
+    spins = _in_body_axes(trace.quaternions_wxyz, trace.spins_rad_s)
     kinetic = 0.5 * body.mass_kg * (trace.velocities_m_s**2).sum(axis=1)
     turning = 0.5 * np.einsum("ni,ij,nj->n", spins, body.inertia_kg_m2, spins)
     return kinetic + turning + body.mass_kg * GRAVITY_M_S2 * trace.positions_m[:, 2]
 
 
-def energy_gain(energy_j: Array, free: Array) -> float:
-    """The largest rise over the least value before, over the first value, of the rows `free`.
+def _outcome(trace: Trace, strikes_s: Array, energy_j: Array, lowest_m: Array) -> Outcome:
+    rise_j = energy_j - np.minimum.accumulate(energy_j)
+    return Outcome(
+        contacts_s=first_contacts(strikes_s),
+        energy_gain=float(rise_j.max() / energy_j[0]),
+        penetration_m=float(max(0.0, -lowest_m.min())),
+        rests=trace.rests,
+        failed=trace.failed,
+    )
 
-    A body in a soft contact has lent energy to it and gets it back: only its energy in the air
-    counts.
-    """
-    kept = energy_j[free]
-    if len(kept) == 0:
-        return 0.0
-    return float((kept - np.minimum.accumulate(kept)).max() / energy_j[0])
 
-
-def of_stepped(body: ifa.Body, trace: Trace) -> Outcome:
-    """The outcome of a motion in fixed steps.
-
-    A point strikes within a step if it crosses the ground, at the instant that its heights at the
-    step's ends give by linear interpolation, or if it is thrown back from just above the ground, at
-    the instant that it would have got there.
-    """
+def _gaps_and_rates(body: ifa.Body, trace: Trace) -> tuple[Array, Array]:
+    """Heights of the hull's points above the ground, m, and their rates, m/s: (n, vertices)."""
     up = up_in_body_axes(trace.quaternions_wxyz)
     gaps = trace.positions_m[:, 2:] + up @ body.vertices_m.T - body.radius_m
-    # of the height of R r, in body axes: (R r)' . up = r . (up x spin)
-    w, axis = trace.quaternions_wxyz[:, :1], -trace.quaternions_wxyz[:, 1:]
-    twice = 2.0 * np.cross(axis, trace.spins_rad_s)
-    spins = trace.spins_rad_s + w * twice + np.cross(axis, twice)
-    rates = trace.velocities_m_s[:, 2:] + np.cross(up, spins) @ body.vertices_m.T
-
-    before, after = gaps[:-1], gaps[1:]
-    crosses = (before > 0.0) & (after <= 0.0) & (before - after > AUDIBLE_SPEED_M_S * _steps(trace))
-    thrown = (
-        (before > 0.0) & (before < EARLY_BOUNCE_M) & (after > 0.0)
-        & (rates[:-1] < -AUDIBLE_SPEED_M_S) & (rates[1:] >= 0.0)
-    )  # fmt: skip
-    rows, points = np.nonzero(crosses | thrown)
-    hit = crosses[rows, points]
-    share = np.where(
-        hit,
-        before[rows, points]
-        / np.where(hit, before[rows, points] - after[rows, points], 1.0)
-        * _steps(trace)[rows, 0],
-        before[rows, points] / np.maximum(-rates[rows, points], 1e-12),
-    )
-    lowest = gaps.min(axis=1)
-    return Outcome(
-        first_contacts(trace.times_s[rows] + share),
-        energy_gain(energies(body, trace), lowest > 0.0),
-        float(max(0.0, -lowest.min())),
-        trace.rests,
-    )
+    # up . (w x r) = r . (up x w), all in body axes
+    turning = np.cross(up, _in_body_axes(trace.quaternions_wxyz, trace.spins_rad_s))
+    return gaps, trace.velocities_m_s[:, 2:] + turning @ body.vertices_m.T
 
 
-def of_run(body: ifa.Body, run: ifa.Run) -> Outcome:
-    """The outcome of the event engine, which gives its hits itself."""
-    states = run.states
-    trace = Trace(
-        run.times_s, states.position_m, states.quaternion_wxyz, states.velocity_m_s,
-        states.angular_velocity_rad_s, run.status == "rest",
-    )  # fmt: skip
-    lowest = (
-        states.position_m[:, 2]
-        + (up_in_body_axes(states.quaternion_wxyz) @ body.vertices_m.T).min(axis=1)
-        - body.radius_m
-    )
-    return Outcome(
-        first_contacts(run.hits.time_s[run.hits.approach_speed_m_s > AUDIBLE_SPEED_M_S]),
-        energy_gain(energies(body, trace), np.ones(len(lowest), dtype=bool)),
-        float(max(0.0, -lowest.min())),
-        trace.rests,
-    )
-
-
-def _steps(trace: Trace) -> Array:
-    return np.diff(trace.times_s)[:, None]
+def _in_body_axes(quaternions: Array, vectors: Array) -> Array:
+    """World vectors (n, 3) in the axes of bodies at orientations (n, 4) wxyz."""
+    w, axis = quaternions[:, :1], -quaternions[:, 1:]
+    twice = 2.0 * np.cross(axis, vectors)
+    return vectors + w * twice + np.cross(axis, twice)

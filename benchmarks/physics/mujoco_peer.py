@@ -16,28 +16,26 @@ from __future__ import annotations
 import functools
 import time
 
+import ifa
 import mujoco
 import numpy as np
 
-import ifa
-
-from .measure import REST_SPAN_S, REST_SPEED_M_S, Trace
+from .measure import GRAVITY_M_S2, REST_SPAN_S, REST_SPEED_M_S, Outcome, Trace, of_steps
 from .starts import Array
 
 VERSION = f"MuJoCo {mujoco.__version__}"
-IMPEDANCE = 0.99
 
 
 def _xml(geoms: str, inertial: str, step_s: float, gravity: float, friction: float) -> str:
     return f"""<mujoco>
   <option timestep="{step_s!r}" gravity="0 0 {-gravity!r}" integrator="implicit" cone="elliptic"
           impratio="10"/>
-  <default><geom condim="3" friction="{friction!r} 0 0" solimp="{IMPEDANCE} {IMPEDANCE} 0.001"/></default>
+  <default><geom condim="3" friction="{friction!r} 0 0"/></default>
   <worldbody>
     <geom type="plane" size="0 0 1"/>
     <body><freejoint/>{inertial}{geoms}</body>
   </worldbody>
-</mujoco>"""  # noqa: E501
+</mujoco>"""
 
 
 def _set_spring(model: mujoco.MjModel, step_s: float, damping_ratio: float) -> None:
@@ -75,11 +73,9 @@ def damping_for(restitution: float, step_s: float) -> float:
 
 
 class MuJoCo:
-    """Engine `mujoco`."""
+    """MuJoCo, for one body and step."""
 
-    name = "mujoco"
-
-    def __init__(self, body: ifa.Body, step_s: float, until_s: float, gravity: float) -> None:
+    def __init__(self, body: ifa.Body, step_s: float, until_s: float) -> None:
         moments = body.inertia_kg_m2
         entries = (*np.diag(moments), moments[0, 1], moments[0, 2], moments[1, 2])
         inertial = (
@@ -92,11 +88,11 @@ class MuJoCo:
             for vertex in body.vertices_m
         )
         self._model = mujoco.MjModel.from_xml_string(
-            _xml(geoms, inertial, step_s, gravity, body.friction)
+            _xml(geoms, inertial, step_s, GRAVITY_M_S2, body.friction)
         )
         _set_spring(self._model, step_s, damping_for(body.restitution, step_s))
         self._data = mujoco.MjData(self._model)
-        self._step_s, self._until_s = step_s, until_s
+        self._body, self._step_s, self._until_s = body, step_s, until_s
         self._reach_m = float(np.linalg.norm(body.vertices_m, axis=1).max()) + body.radius_m
 
     def _start(self, state: ifa.State) -> None:
@@ -156,3 +152,7 @@ class MuJoCo:
             spins_rad_s=table[:, 10:] + w * twice + np.cross(axis, twice),
             rests=slow_steps > rest_steps,
         )
+
+    def outcome(self, state: ifa.State) -> Outcome:
+        """The figures of the motion from one state."""
+        return of_steps(self._body, self.trace(state))

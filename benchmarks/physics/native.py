@@ -6,9 +6,8 @@ import ctypes
 import time
 from pathlib import Path
 
-import numpy as np
-
 import ifa
+import numpy as np
 
 from .measure import GRAVITY_M_S2, REST_SPAN_S, REST_SPEED_M_S, Outcome, Trace, of_nodes, of_steps
 from .starts import Array

@@ -31,7 +31,8 @@ void write(const ifa::Node& node, double* row) {
   const ifa::State& s = node.state;
   *row++ = node.time_s;
   for (int i = 0; i < 3; ++i) *row++ = s.position[i];
-  for (const double c : {s.orientation.w(), s.orientation.x(), s.orientation.y(), s.orientation.z()}) *row++ = c;
+  for (const double c : {s.orientation.w(), s.orientation.x(), s.orientation.y(), s.orientation.z()})
+    *row++ = c;
   for (int i = 0; i < 3; ++i) *row++ = s.velocity[i];
   for (int i = 0; i < 3; ++i) *row++ = s.angular_velocity[i];
 }
