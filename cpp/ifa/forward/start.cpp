@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "ifa/motion/sampling.hpp"
+
 namespace ifa {
 
 StartOptions start_options(const Body& body, const Marks& marks, double gravity_m_s2) {
@@ -28,14 +30,6 @@ double clear_before(const Body& body, const State& first, const Vec3& gravity_m_
 
 namespace {
 
-// Moves the body down or up until its lowest point touches the ground.
-void put_on_ground(const Body& body, State& s) {
-  const Vec3 up = s.orientation.conjugate() * kUp;
-  double lowest = kNever;
-  for (const Vec3& p : body.principal_vertices()) lowest = std::min(lowest, up.dot(p));
-  s.position.z() = body.radius_m() - lowest;
-}
-
 bool usable(const Body& body, const SearchPhysics& physics, const StartOptions& options, const State& s) {
   EventSimulation at(body, physics.simulation);
   at.start(s, 0.0);
@@ -47,19 +41,13 @@ bool usable(const Body& body, const SearchPhysics& physics, const StartOptions& 
 
 std::optional<State> sample_start(const Body& body, const SearchPhysics& physics, const StartOptions& options,
                                   RandomStream& random) {
-  State s;
-  s.orientation = random.rotation();
-  put_on_ground(body, s);
-
+  State s = sample_touching(body, random);
   constexpr double kDegree = std::numbers::pi / 180.0;
   const bool thrown = random.uniform() < 0.5;
   const double cone = (thrown ? 80.0 : 30.0) * kDegree;
-  // cosine-weighted within the cone: sin^2 of the angle is uniform
-  const double sine = std::sin(cone) * std::sqrt(random.uniform());
-  const double azimuth = 2.0 * std::numbers::pi * random.uniform();
+  const Vec3 direction = sample_downward(cone, random);
   const double speed = random.uniform(options.least_speed_m_s, options.most_speed_m_s);
-  s.velocity =
-      speed * Vec3(sine * std::cos(azimuth), sine * std::sin(azimuth), -std::sqrt(1.0 - sine * sine));
+  s.velocity = speed * direction;
   const double most_spin = thrown ? std::max(20.0, speed / body.bounding_radius_m()) : 20.0;
   Vec3 axis = random.unit_vector();
   if (thrown)
@@ -72,9 +60,7 @@ std::optional<State> sample_start(const Body& body, const SearchPhysics& physics
 
 std::optional<State> sample_touchdown(const Body& body, const SearchPhysics& physics,
                                       const StartOptions& options, RandomStream& random) {
-  State drop;
-  drop.orientation = random.rotation();
-  put_on_ground(body, drop);
+  State drop = sample_touching(body, random);
   drop.velocity.z() = -random.uniform(0.1, 1.0);
   constexpr double kLongestDrop_s = 5.0;
   SimulationOptions brief = physics.simulation;
@@ -85,7 +71,7 @@ std::optional<State> sample_touchdown(const Body& body, const SearchPhysics& phy
   State s;
   s.orientation =
       (rotation_exp(tilt * random.unit_vector()) * run.nodes.back().state.orientation).normalized();
-  put_on_ground(body, s);
+  s.position.z() = -lowest_gap_m(body, s);
   s.velocity = Vec3(random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2),
                     -0.06 * std::pow(1.0 / 0.06, random.uniform()));
   s.angular_velocity = Vec3(0.0, 0.0, random.uniform(-3.0, 3.0));

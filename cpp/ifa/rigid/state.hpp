@@ -1,6 +1,9 @@
 // The state of a rigid body, psi = (x, q, v, omega), and its change of axes.
 #pragma once
 
+#include <algorithm>
+#include <limits>
+
 #include "ifa/base/linear_algebra.hpp"
 #include "ifa/rigid/body.hpp"
 
@@ -23,6 +26,14 @@ inline State to_principal(const Body& body, State s) {
 inline State to_body(const Body& body, State s) {
   s.orientation = s.orientation * body.body_from_principal().conjugate();
   return s;
+}
+
+// The signed gap between the ground and the lowest point of the hull; principal axes.
+inline double lowest_gap_m(const Body& body, const State& s) {
+  const Vec3 up = s.orientation.conjugate() * kUp;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Vec3& p : body.principal_vertices()) lowest = std::min(lowest, up.dot(p));
+  return s.position.z() + (lowest - body.radius_m());
 }
 
 }  // namespace ifa
