@@ -1,7 +1,7 @@
 # Everything a contributor or CI runs. `make` lists it.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help deps build demo test lint test-cpp test-python test-blender bench sanitize format clean
+.PHONY: help deps build demo test lint test-cpp test-python test-blender bench bench-physics sanitize format clean
 
 PY := .venv/bin/python
 CMAKE_DIR := build/cmake
@@ -61,6 +61,15 @@ test-blender: build  ## run the add-on's tests inside Blender, also in a real wi
 
 bench: build  ## solve the recordings and tosses in ../shared and print the table
 	@$(PY) benchmarks/solve.py
+
+# A tree of its own: the peers are no part of the project, and Bullet is needed by nothing else.
+BENCH_DIR := build/bench
+bench-physics: build  ## compare the engines with Bullet and MuJoCo (ARGS="--quick" for a short run)
+	@scripts/install.sh build bench
+	@cmake -S . -B $(BENCH_DIR) -G Ninja -DCMAKE_BUILD_TYPE=Release -DIFA_BUILD_PYTHON=OFF \
+	  -DIFA_BUILD_BENCHMARKS=ON -DIFA_WARNINGS_AS_ERRORS=ON >/dev/null
+	@cmake --build $(BENCH_DIR) --target physics_peers
+	@$(PY) -m benchmarks.physics $(ARGS)
 
 # Without NDEBUG, so that Eigen checks its indices too. setarch -R: ThreadSanitizer cannot place its
 # shadow memory where the kernel randomises addresses widely.

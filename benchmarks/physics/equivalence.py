@@ -10,7 +10,7 @@ CONVENTIONS.md: faster than 0.05 m/s.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import ifa
@@ -23,7 +23,8 @@ LARGEST_D = 0.02
 LEAST_P = 0.01
 LARGEST_ERROR_S = 1e-6
 LEAST_EXPECTED = 5.0  # of a class; the usual rule for chi-squared. Rarer classes are put together
-HITS = 96  # room for each sample
+CHUNK = 1000  # samples simulated at once, with room for HITS of each: 130 MB
+HITS = 2048
 
 
 @dataclass(frozen=True)
@@ -57,20 +58,49 @@ class Verdict:
         )
 
 
-def compare(body: ifa.Body, candidate: ifa.Batch, reference: ifa.Batch) -> Verdict:
-    """The verdict on a batch, against the reference's batch of the same states."""
-    a, b = _hits(candidate), _hits(reference)
-    errors = np.abs(_first_two(a) - _first_two(b)).max(axis=1)
-    faces = [resting_faces(body, batch) for batch in (candidate, reference)]
+@dataclass(frozen=True)
+class Sample:
+    """What is compared of n simulations: audible hits, and the faces they rest on.
+
+    hits (n,); first_two_s (n, 2), a large number where there are fewer; intervals_s and
+    impulses_n_s of all hits of all simulations; faces (n,) as of `resting_faces`.
+    """
+
+    hits: Array
+    first_two_s: Array
+    intervals_s: Array
+    impulses_n_s: Array
+    faces: np.ndarray
+
+
+def simulated(
+    body: ifa.Body, states: ifa.State, simulate: Callable[[ifa.State, ifa.Batch], object]
+) -> Sample:
+    """The sample of `states`, each simulated by `simulate(some of the states, out)`."""
+    parts = []
+    out: ifa.Batch | None = None
+    for begin in range(0, len(states), CHUNK):
+        some = states[begin : begin + CHUNK]
+        if out is None or len(out) != len(some):
+            out = ifa.Batch.allocate(len(some), HITS)
+        simulate(some, out)
+        parts.append(_of_batch(body, out))
+    return Sample(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+def compare(candidate: Sample, reference: Sample) -> Verdict:
+    """The verdict on simulations, against the reference's of the same states."""
+    errors_s = np.abs(candidate.first_two_s - reference.first_two_s).max(axis=1)
+    faces = (candidate.faces, reference.faces)
     classes = np.unique(np.concatenate(faces))
     counts = np.array([[np.sum(face == c) for c in classes] for face in faces])
     return Verdict(
-        count_d=kolmogorov_smirnov(a.count, b.count),
-        interval_d=kolmogorov_smirnov(a.intervals_s, b.intervals_s),
-        impulse_d=kolmogorov_smirnov(a.impulses_n_s, b.impulses_n_s),
+        count_d=kolmogorov_smirnov(candidate.hits, reference.hits),
+        interval_d=kolmogorov_smirnov(candidate.intervals_s, reference.intervals_s),
+        impulse_d=kolmogorov_smirnov(candidate.impulses_n_s, reference.impulses_n_s),
         face_p=chi_squared_p(counts),
-        first_two_exact=float((errors <= LARGEST_ERROR_S).mean()),
-        first_two_s=float(errors.max()),
+        first_two_exact=float((errors_s <= LARGEST_ERROR_S).mean()),
+        first_two_s=float(errors_s.max()),
     )
 
 
@@ -87,7 +117,7 @@ def kolmogorov_smirnov(a: Array, b: Array) -> float:
 
 
 def chi_squared_p(counts: Array) -> float:
-    """The p-value of the hypothesis that the rows of counts (2, classes) are drawn from one distribution."""
+    """The p-value of rows of counts (2, classes) that are drawn from one distribution."""
     counts = np.asarray(counts, dtype=float)
     counts = counts[:, np.argsort(-counts.sum(axis=0), kind="stable")]
     expected = np.outer(counts.sum(axis=1), counts.sum(axis=0)) / counts.sum()
@@ -144,31 +174,18 @@ def face_normals(body: ifa.Body) -> Array:
     return np.array(kept)
 
 
-@dataclass(frozen=True)
-class _Hits:
-    count: Array
-    times_s: Sequence[Array]
-    intervals_s: Array
-    impulses_n_s: Array
-
-
-def _hits(batch: ifa.Batch) -> _Hits:
-    """The audible hits of a batch. Raises where a sample has more hits than the batch keeps."""
-    room = batch.hit_time_s.shape[1]
-    if batch.hit_count.max() > room:
-        raise ValueError(f"a sample has {batch.hit_count.max()} hits, there is room for {room}")
-    kept = np.arange(room) < batch.hit_count[:, None]
-    kept &= batch.hit_approach_speed_m_s > AUDIBLE_SPEED_M_S
-    times_s = [row[mask] for row, mask in zip(batch.hit_time_s, kept, strict=True)]
-    return _Hits(
-        count=kept.sum(axis=1).astype(float),
-        times_s=times_s,
-        intervals_s=np.concatenate([np.diff(row) for row in times_s]),
-        impulses_n_s=np.linalg.norm(batch.hit_impulse_n_s[kept], axis=1),
-    )
-
-
-def _first_two(hits: _Hits) -> Array:
-    """(n, 2) the first two contact times; a large number where there are fewer."""
+def _of_batch(body: ifa.Body, batch: ifa.Batch) -> tuple[np.ndarray, ...]:
+    """The fields of a Sample. Raises where a simulation has more hits than the batch keeps."""
+    if batch.hit_count.max() > HITS:
+        raise ValueError(f"a simulation has {batch.hit_count.max()} hits, there is room for {HITS}")
+    audible = np.arange(HITS) < batch.hit_count[:, None]
+    audible &= batch.hit_approach_speed_m_s > AUDIBLE_SPEED_M_S
+    times_s = [row[mask] for row, mask in zip(batch.hit_time_s, audible, strict=True)]
     absent = 1e9  # not inf: two that both lack a contact agree
-    return np.array([[*row[:2], absent, absent][:2] for row in hits.times_s])
+    return (
+        audible.sum(axis=1).astype(float),
+        np.array([[*row[:2], absent, absent][:2] for row in times_s]),
+        np.concatenate([np.diff(row) for row in times_s]),
+        np.linalg.norm(batch.hit_impulse_n_s[audible], axis=1),
+        resting_faces(body, batch),
+    )

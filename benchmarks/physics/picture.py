@@ -11,51 +11,62 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patheffects import withStroke
 
 from .report import Row
 
-LEAST_MS = 1e-6  # smaller errors are drawn here: a nanosecond
+LEAST_MS = 1e-4  # smaller errors are drawn here
+# Name in the legend, colour, marker, and how far the labels stand above their points.
 STYLES = {
-    "event": ("event engine", "#d1495b", "o"),
-    "ode": ("ODE", "#22313f", "s"),
-    "ode_flight": ("ODE, flight in closed form", "#8a8f98", "D"),
-    "bullet": ("Bullet", "#2a7f9e", "^"),
-    "mujoco": ("MuJoCo (restitution approximate)", "#edae49", "v"),
+    "event": ("event engine", "#d1495b", "o", 0),
+    "ode": ("ODE", "#22313f", "s", 6),
+    "ode_flight": ("ODE, flight in closed form", "#8a8f98", "D", -6),
+    "bullet": ("Bullet", "#2a7f9e", "^", 4),
+    "mujoco": ("MuJoCo (restitution approximate)", "#edae49", "v", 4),
 }
 _INK = "#22313f"
 
 
-def work_precision(rows: Sequence[Row], path: Path, contacts: Sequence[int] = (2, 4)) -> None:
-    """A panel for each body and contact, one curve for each engine, a point for each step."""
+# The columns of panels: column of the CSV, what the error is of.
+_KINDS = (
+    ("contact_2_median_ms", "against the common reference"),
+    ("own_contact_2_median_ms", "against the engine's own finest step"),
+)
+
+
+def work_precision(rows: Sequence[Row], path: Path) -> None:
+    """A panel for each body and kind of error, one curve for each engine, a point for each step."""
     bodies = list(dict.fromkeys(str(row["body"]) for row in rows))
     figure, axes = plt.subplots(
-        len(contacts), len(bodies), sharex=True, sharey=True, squeeze=False, dpi=110,
-        figsize=(1.2 + 3.4 * len(bodies), 1.3 + 3.7 * len(contacts)),
+        len(bodies), len(_KINDS), sharex=True, sharey=True, squeeze=False, dpi=110,
+        figsize=(12.0, 1.4 + 2.8 * len(bodies)),
     )  # fmt: skip
-    for i, contact in enumerate(contacts):
-        for j, body in enumerate(bodies):
-            own = [row for row in rows if row["body"] == body]
-            _panel(axes[i][j], own, f"contact_{contact}_median_ms")
-            if i == 0:
-                axes[i][j].set_title(body, fontsize=11, color=_INK)
-            if i == len(contacts) - 1:
-                axes[i][j].set_xlabel("CPU time of a simulation, ms", fontsize=9)
-        axes[i][0].set_ylabel(f"error of contact {contact}, ms (median)", fontsize=9)
-    names = dict.fromkeys(str(row["engine"]) for row in rows)
-    handles = [
-        plt.Line2D([], [], color=STYLES[n][1], marker=STYLES[n][2], ms=5, lw=1.3, label=STYLES[n][0])
-        for n in names
-    ]  # fmt: skip
+    for i, body in enumerate(bodies):
+        for j, (key, _) in enumerate(_KINDS):
+            _panel(axes[i][j], [row for row in rows if row["body"] == body], key)
+        axes[i][0].set_ylabel(f"{body}\nmedian error of contact 2, ms", fontsize=9)
+    for j, (_, kind) in enumerate(_KINDS):
+        axes[0][j].set_title(f"Time of the second contact {kind}", fontsize=10, color=_INK)
+        axes[-1][j].set_xlabel("CPU time of a simulation, ms", fontsize=9)
+    left, right = axes[0][0].get_xlim()
+    axes[0][0].set_xlim(0.6 * left, 1.7 * right)  # room for the labels
+    axes[0][0].set_ylim(bottom=0.4 * LEAST_MS)
+
+    handles = []
+    for name in dict.fromkeys(str(row["engine"]) for row in rows):
+        label, colour, marker, _ = STYLES[name]
+        handles.append(plt.Line2D([], [], color=colour, marker=marker, ms=5, lw=1.3, label=label))
+    height_in = figure.get_size_inches()[1]
     figure.legend(
         handles=handles, loc="upper center", ncols=len(handles), frameon=False, fontsize=9,
         labelcolor=_INK,
     )  # fmt: skip
     figure.text(
-        0.5, 0.008, "Each point is a step; labels are steps in s. Errors below a nanosecond are"
-        " drawn at one, medians of missed contacts are left out.",
-        ha="center", fontsize=8, color=_INK,
+        0.5, 0.1 / height_in, "A point for each step, the coarsest and the finest labelled, in s."
+        f" Errors below {1e3 * LEAST_MS:g} microseconds are drawn there.", ha="center",
+        fontsize=8, color=_INK,
     )  # fmt: skip
-    figure.tight_layout(rect=(0.0, 0.025, 1.0, 0.96))
+    figure.tight_layout(rect=(0.0, 0.3 / height_in, 1.0, 1.0 - 0.35 / height_in))
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path)
     plt.close(figure)
@@ -75,12 +86,14 @@ def _panel(axes: Axes, rows: Sequence[Row], key: str) -> None:
         x = np.array([float(row["simulation_ms"]) for row in own])  # type: ignore[arg-type]
         y = np.array([float(row[key]) for row in own])  # type: ignore[arg-type]
         shown = np.isfinite(y)
+        shown[-1] &= not key.startswith("own_")  # the finest step against itself
         y = np.maximum(y, LEAST_MS)
-        _, colour, marker = STYLES[name]
+        _, colour, marker, above = STYLES[name]
         axes.plot(x[shown], y[shown], color=colour, marker=marker, ms=4, lw=1.3)
-        labelled = [k for k in (0, len(own) - 1) if shown[k]]
-        for k in labelled:
+        ends = np.flatnonzero(shown)[[0, -1]]
+        for k, side, align in zip(ends, (-5, 5), ("right", "left"), strict=True):
             axes.annotate(
-                f"1/{float(own[k]['steps_per_s']):.0f}", (x[k], y[k]),  # type: ignore[arg-type]
-                xytext=(0, 6), textcoords="offset points", ha="center", fontsize=7, color=colour,
+                f"1/{float(own[k]['steps_per_s']):.0f}", (x[k], y[k]), xytext=(side, above),
+                textcoords="offset points", ha=align, va="center", fontsize=7, color=colour,
+                path_effects=[withStroke(linewidth=2.0, foreground="white")],
             )  # fmt: skip

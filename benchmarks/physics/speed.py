@@ -31,6 +31,15 @@ def batch(body: ifa.Body, states: ifa.State, set_name: str | None, **options: ob
     return ifa.simulate_batch(body, states, until_s=UNTIL_S, **options)  # type: ignore[arg-type]
 
 
+def sample(
+    body: ifa.Body, states: ifa.State, set_name: str | None, step_s: float
+) -> equivalence.Sample:
+    """What the gate compares of `states`, on all cores."""
+    return equivalence.simulated(
+        body, states, lambda some, out: batch(body, some, set_name, step_s=step_s, out=out)
+    )
+
+
 def sets_at_hand(body: ifa.Body, states: ifa.State) -> list[str | None]:
     """The instruction sets of this build and machine; [None] where there is no choice."""
     if "instruction_set" not in inspect.signature(ifa.simulate_batch).parameters:
@@ -48,6 +57,7 @@ def sets_at_hand(body: ifa.Body, states: ifa.State) -> list[str | None]:
 def run(options: argparse.Namespace, header: list[str]) -> bool:
     """The table, speed.csv, and whether every gate and bar is cleared."""
     samples, timed, repeats = (200, 50, 1) if options.quick else (SAMPLES, 400, 7)
+    samples = options.simulations or samples
     ode = next((k for k in available(options.libraries)[0] if k.name == "ode"), None)
     rows: list[report.Row] = []
     cleared = True
@@ -56,15 +66,8 @@ def run(options: argparse.Namespace, header: list[str]) -> bool:
         states = lifted(body, samples, options.seed)
         some = states[:timed]
         sets = sets_at_hand(body, states[:1])
-        exact = batch(
-            body, states, sets[0], step_s=REFERENCE_STEP_S, hits=equivalence.HITS
-        )  # scalar comes first
-        verdicts = {
-            s: equivalence.compare(
-                body, batch(body, states, s, step_s=STEP_S, hits=equivalence.HITS), exact
-            )
-            for s in sets
-        }
+        exact = sample(body, states, sets[0], REFERENCE_STEP_S)  # scalar comes first
+        verdicts = {s: equivalence.compare(sample(body, states, s, STEP_S), exact) for s in sets}
         times_s: dict[str | None, list[float]] = {s: [] for s in sets}
         ode_s = []
         for _ in range(repeats):
