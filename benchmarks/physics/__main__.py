@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def peers(options: argparse.Namespace, kinds: list[Kind], header: list[str]) -> None:
-    """The comparison of the engines: table, comparison.csv, work_precision.png."""
+    """The comparison of the engines: table, CSV, picture, and a summary at one step for docs/."""
     steps = compare.STEPS_PER_S[::3] if options.quick else compare.STEPS_PER_S
     count, timed, repeats = (8, 4, 1) if options.quick else (200, 40, 5)
     count = options.simulations or count
@@ -44,6 +44,9 @@ def peers(options: argparse.Namespace, kinds: list[Kind], header: list[str]) -> 
             print(report.comparison_line(rows[-1]), flush=True)
     report.write_csv(options.output / "comparison.csv", header, rows)
     picture.work_precision(rows, options.output / "work_precision.png")
+    summary = report.summary(rows, steps[len(steps) // 3])  # 1/1000, or the middle of --quick
+    (options.output / "summary.md").write_text(summary, encoding="utf-8")
+    print(f"\nwritten to {options.output}: comparison.csv, work_precision.png, summary.md")
 
 
 def progress(text: str) -> None:

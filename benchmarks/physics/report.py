@@ -67,6 +67,28 @@ def comparison_line(row: Row) -> str:
     )
 
 
+def summary(rows: Sequence[Row], steps_per_s: int) -> str:
+    """A table in Markdown of all bodies and engines at one step, for docs/physics.md."""
+    lines = [
+        "| body | engine | simulations/s | error of contact 1, 2, 3, 4: median, ms | contact 2: "
+        "90th percentile, ms | largest energy gain | penetration: median, largest, mm | at rest |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        if row["steps_per_s"] == steps_per_s:
+            contacts = ", ".join(_short(row[f"contact_{k}_median_ms"]) for k in range(1, 5))
+            depths = ", ".join(
+                _short(row[f"penetration_{which}_mm"]) for which in ("median", "largest")
+            )
+            lines.append(
+                f"| {row['body']} | {row['engine']} | {row['simulations_per_s']:.0f} | {contacts} "
+                f"| {_short(row['contact_2_p90_ms'])} "
+                f"| {100.0 * _float(row['energy_gain_largest']):.2g} % "
+                f"| {depths} | {100.0 * _float(row['rest_share']):.0f} % |"
+            )
+    return "\n".join(lines) + "\n"
+
+
 def _short(value: object) -> str:
     number = _float(value)
     if not np.isfinite(number):
