@@ -81,6 +81,7 @@ Result run_interruptible(std::shared_ptr<Progress> progress, Work&& work) {
 void bind_base(py::module_& m);
 void bind_sound(py::module_& m);
 void bind_rigid(py::module_& m);
+void bind_batch(py::module_& m);
 void bind_signature(py::module_& m);
 void bind_motion(py::module_& m);
 void bind_forward(py::module_& m);

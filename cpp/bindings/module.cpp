@@ -6,6 +6,7 @@ PYBIND11_MODULE(_core, m) {
   ifa::bindings::bind_base(m);
   ifa::bindings::bind_sound(m);
   ifa::bindings::bind_rigid(m);
+  ifa::bindings::bind_batch(m);
   ifa::bindings::bind_signature(m);
   ifa::bindings::bind_motion(m);
   ifa::bindings::bind_forward(m);

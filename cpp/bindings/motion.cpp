@@ -1,9 +1,10 @@
-// Motions.
+// Motions, and random states.
 #include "ifa/motion/motion.hpp"
 
 #include <cmath>
 
 #include "bindings.hpp"
+#include "ifa/motion/sampling.hpp"
 #include "states.hpp"
 
 namespace ifa::bindings {
@@ -29,6 +30,23 @@ void bind_motion(py::module_& m) {
           },
           py::arg("times_s"), py::arg("after") = true,
           "positions (n, 3), quaternions wxyz (n, 4), velocities (n, 3), angular velocities (n, 3).");
+
+  m.def(
+      "sample_states",
+      [](const Body& body, std::size_t n, std::uint64_t seed, std::uint64_t first, double cone_rad,
+         std::pair<double, double> speed_m_s, std::pair<double, double> spin_rad_s, int threads) {
+        const SamplingOptions options{cone_rad, speed_m_s.first, speed_m_s.second, spin_rad_s.first,
+                                      spin_rad_s.second};
+        const auto work = [&](Progress* p) {
+          std::vector<State> states(n);
+          sample_states(body, options, seed, first, states, threads, p);
+          for (State& s : states) s = to_body(body, s);
+          return states;
+        };
+        return from_samples(run_interruptible<std::vector<State>>(nullptr, work));
+      },
+      py::arg("body"), py::arg("n"), py::kw_only(), py::arg("seed"), py::arg("first"), py::arg("cone_rad"),
+      py::arg("speed_m_s"), py::arg("spin_rad_s"), py::arg("threads"));
 }
 
 }  // namespace ifa::bindings

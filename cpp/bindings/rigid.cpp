@@ -180,19 +180,23 @@ void bind_simulation(py::module_& m) {
 
 }  // namespace
 
-py::tuple from_states(const std::vector<State>& states) {
+py::tuple from_samples(const std::vector<State>& samples) {
   std::vector<Vec3> positions, velocities, spins;
   std::vector<Quat> orientations;
-  for (const State& s : states) {
+  for (const State& s : samples) {
     positions.push_back(s.position);
     orientations.push_back(s.orientation);
     velocities.push_back(s.velocity);
     spins.push_back(s.angular_velocity);
   }
-  for (std::size_t i = 1; i < orientations.size(); ++i)  // q and -q are one rotation; keep w continuous
-    if (orientations[i].dot(orientations[i - 1]) < 0.0) orientations[i].coeffs() *= -1.0;
   return py::make_tuple(from_points(positions), from_quaternions(orientations), from_points(velocities),
                         from_points(spins));
+}
+
+py::tuple from_states(std::vector<State> states) {
+  for (std::size_t i = 1; i < states.size(); ++i)  // q and -q are one rotation; keep w continuous
+    if (states[i].orientation.dot(states[i - 1].orientation) < 0.0) states[i].orientation.coeffs() *= -1.0;
+  return from_samples(states);
 }
 
 py::tuple from_hits(const std::vector<Hit>& hits) {

@@ -24,17 +24,20 @@ from ifa._core import (
     Progress,
     __version__,
 )
+from ifa.batch import Batch, SampleStatus, sample_states, simulate_batch
 from ifa.body import Body, MeshWarning
 from ifa.marks import Signature
-from ifa.simulation import Run, State, fly, simulate
+from ifa.simulation import Hits, Run, State, fly, simulate
 from ifa.solution import Event, Motion, Solution, solve
 from ifa.verification import Certificate, verify
 
 __all__ = [
+    "Batch",
     "Body",
     "Cancelled",
     "Certificate",
     "Event",
+    "Hits",
     "IfaError",
     "IfaFileError",
     "IfaValueError",
@@ -43,13 +46,16 @@ __all__ = [
     "NoMotionError",
     "Progress",
     "Run",
+    "SampleStatus",
     "Signature",
     "Solution",
     "State",
     "__version__",
     "bodies",
     "fly",
+    "sample_states",
     "simulate",
+    "simulate_batch",
     "solve",
     "verify",
 ]

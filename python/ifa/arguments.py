@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ifa._core import IfaValueError
+from ifa._core import IfaValueError, Progress
+
+_MOST_THREADS = 4096
 
 
 def number(value: Any, field: str) -> float:
@@ -27,6 +29,36 @@ def positive(value: Any, field: str) -> float:
     if not 0.0 < out < np.inf:
         raise IfaValueError(f"{field}: must be finite and above 0, got {out:g}")
     return out
+
+
+def whole(value: Any, field: str, largest: int) -> int:
+    """`value` as an int from 0 to `largest`."""
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | np.integer)
+        or not 0 <= value <= largest
+    ):
+        raise IfaValueError(f"{field}: must be a whole number from 0 to {largest}, got {value!r}")
+    return int(value)
+
+
+def threads(value: Any) -> int:
+    """A number of threads as the core takes it: 0 where None asks for one for each core."""
+    if value is None:
+        return 0
+    is_whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not is_whole or not 1 <= value <= _MOST_THREADS:
+        raise IfaValueError(
+            f"threads: must be a whole number from 1 to {_MOST_THREADS}, or None for one for each "
+            f"core, got {value!r}"
+        )
+    return int(value)
+
+
+def check_progress(value: Any) -> None:
+    """Refuse what is neither an ifa.Progress nor None."""
+    if value is not None and not isinstance(value, Progress):
+        raise IfaValueError(f"progress: needs an ifa.Progress or None, got {value!r}")
 
 
 def array(value: Any, field: str, shape: tuple[int | None, ...]) -> np.ndarray:

@@ -13,6 +13,7 @@ from ifa._core import IfaValueError
 from ifa.body import Body
 
 GRAVITY_M_S2 = 9.81
+_UNIT_ROUNDING = 1e-15  # dividing by the length leaves a few roundings of 1.1e-16
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +53,9 @@ class State:
                 length = np.linalg.norm(checked, axis=-1, keepdims=True)
                 if (length == 0.0).any():
                     raise IfaValueError("quaternion_wxyz: must not be zero")
-                checked = checked / length
+                # A unit one is kept, so that a state's own parts make the same state again.
+                unit = np.abs(length - 1.0) <= _UNIT_ROUNDING
+                checked = np.where(unit, checked, checked / length)
             checked.flags.writeable = False
             object.__setattr__(self, field, checked)
 
@@ -119,6 +122,28 @@ def gravity_vector(gravity_m_s2: ArrayLike) -> np.ndarray:
     return vector
 
 
+def time_limit(until_s: float | None, gravity_m_s2: np.ndarray) -> float:
+    """`until_s`, or infinity where None asks for a run to rest under gravity (3,)."""
+    if until_s is None:
+        if gravity_m_s2[2] >= 0.0:
+            raise IfaValueError("gravity_m_s2: must point down, or until_s be given")
+        return np.inf
+    limit = arguments.number(until_s, "until_s")
+    if not 0.0 <= limit < np.inf:
+        raise IfaValueError(f"until_s: must be finite and 0 or more, got {limit:g}")
+    return limit
+
+
+def state_arrays(state: State) -> tuple[np.ndarray, ...]:
+    """The four arrays of a state, as the core takes them."""
+    return (
+        state.position_m,
+        state.quaternion_wxyz,
+        state.velocity_m_s,
+        state.angular_velocity_rad_s,
+    )
+
+
 def fly(
     body: Body,
     state: State,
@@ -140,7 +165,7 @@ def fly(
         if np.ndim(gravity_m_s2) == 0 and gravity_m_s2 == 0
         else gravity_vector(gravity_m_s2)
     )
-    return State(*_core.fly(body._core, *_parts(state), times, gravity))
+    return State(*_core.fly(body._core, *state_arrays(state), times, gravity))
 
 
 def simulate(
@@ -163,20 +188,14 @@ def simulate(
     if engine != "event":
         raise IfaValueError(f'engine: this version has "event", got {engine!r}')
     gravity = gravity_vector(gravity_m_s2)
-    if until_s is None:
-        if gravity[2] >= 0.0:
-            raise IfaValueError("gravity_m_s2: must point down, or until_s be given")
-        limit = np.inf
-    else:
-        limit = arguments.number(until_s, "until_s")
-        if not 0.0 <= limit < np.inf:
-            raise IfaValueError(f"until_s: must be finite and 0 or more, got {limit:g}")
+    limit = time_limit(until_s, gravity)
+    arguments.check_progress(progress)
     lowest = float((_world(body.vertices_m, state))[:, 2].min()) - body.radius_m
     if lowest < -1e-6 * float(np.ptp(body.vertices_m, axis=0).max() + body.radius_m):
         raise IfaValueError(f"position_m: the body begins {-lowest:.3g} m below the ground")
     status, rest_s, times, states, hits = _core.simulate(
         body._core,
-        *_parts(state),
+        *state_arrays(state),
         step_s=arguments.positive(step_s, "step_s"),
         until_s=limit,
         gravity_m_s2=gravity,
@@ -188,15 +207,6 @@ def simulate(
 def _single(state: State) -> None:
     if not isinstance(state, State) or state.position_m.ndim != 1:
         raise IfaValueError("state: needs one ifa.State, with position_m of shape (3,)")
-
-
-def _parts(state: State) -> tuple[np.ndarray, ...]:
-    return (
-        state.position_m,
-        state.quaternion_wxyz,
-        state.velocity_m_s,
-        state.angular_velocity_rad_s,
-    )
 
 
 def _world(points: np.ndarray, state: State) -> np.ndarray:

@@ -20,8 +20,6 @@ from ifa.marks import Signature
 from ifa.sound import FilePath
 from ifa.text_files import write_text
 
-_MOST_THREADS = 4096
-
 
 class Motion:
     """A rigid-body motion over the sound's time: exact between contacts, sampled at any time.
@@ -225,8 +223,7 @@ def solve(
         raise IfaValueError(f"takes: this version finds 1, got {takes!r}")
     if not isinstance(constraints, Sequence) or len(constraints):
         raise IfaValueError(f"constraints: this version knows none, got {constraints!r}")
-    if progress is not None and not isinstance(progress, _core.Progress):
-        raise IfaValueError(f"progress: needs an ifa.Progress or None, got {progress!r}")
+    arguments.check_progress(progress)
     gain = arguments.number(energy_gain_j, "energy_gain_j")
     if not 0.0 <= gain < np.inf:
         raise IfaValueError(f"energy_gain_j: must be finite and 0 or more, got {gain:g}")
@@ -234,12 +231,12 @@ def solve(
     found = _core.solve_forward(
         body._core,
         marks._marks,
-        seed=_whole(seed, "seed", 2**64 - 1),
+        seed=arguments.whole(seed, "seed", 2**64 - 1),
         time_budget_s=arguments.positive(time_budget_s, "time_budget_s"),
-        threads=0 if threads is None else _threads(threads),
+        threads=arguments.threads(threads),
         fit_material=material == "fit",
         energy_gain_j=gain,
-        rung=-1 if rung is None else _whole(rung, "rung", _core.RUNGS - 1),
+        rung=-1 if rung is None else arguments.whole(rung, "rung", _core.RUNGS - 1),
         progress=progress,
     )
     motion = Motion(found.pop("motion"), [event["retime"] for event in found["events"]], gain)
@@ -276,23 +273,3 @@ def _times(times_s: ArrayLike) -> np.ndarray:
 def _only(value: str, field: str, wanted: str) -> None:
     if value != wanted:
         raise IfaValueError(f'{field}: this version has "{wanted}", got {value!r}')
-
-
-def _threads(value: Any) -> int:
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not whole or not 1 <= value <= _MOST_THREADS:
-        raise IfaValueError(
-            f"threads: must be a whole number from 1 to {_MOST_THREADS}, or None for one for each "
-            f"core, got {value!r}"
-        )
-    return int(value)
-
-
-def _whole(value: Any, field: str, largest: int) -> int:
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, int | np.integer)
-        or not 0 <= value <= largest
-    ):
-        raise IfaValueError(f"{field}: must be a whole number from 0 to {largest}, got {value!r}")
-    return int(value)
