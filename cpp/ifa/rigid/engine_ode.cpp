@@ -59,7 +59,7 @@ class OdeSimulation {
   bool sane() const;
   void find_touching();
   void choose_bearing();
-  void make_contacts(double length);
+  void make_contacts(double length, bool impact);
   Vec3 friction_torque(double length) const;
   double approach_speed() const;
   bool step_contact(double length_s);
@@ -107,11 +107,10 @@ OdeSimulation::OdeSimulation(const Body& body, const OdeOptions& options)
   for (const Vec3& v : body.principal_vertices()) vertices_.push_back(v / units_.length_m);
 }
 
-// Also false for what is not a number.
 bool OdeSimulation::sane() const {
-  return state_.position.cwiseAbs().maxCoeff() < kLargestSpeed && state_.orientation.coeffs().allFinite() &&
-         state_.velocity.cwiseAbs().maxCoeff() < kLargestSpeed &&
-         state_.angular_velocity.cwiseAbs().maxCoeff() < kLargestSpeed;
+  const auto bounded = [](const Vec3& v) { return v.squaredNorm() < kLargestSpeed * kLargestSpeed; };
+  return bounded(state_.position) && bounded(state_.velocity) && bounded(state_.angular_velocity) &&
+         state_.orientation.coeffs().allFinite();  // not a number is not bounded either
 }
 
 void OdeSimulation::record(Phase phase) { run_.nodes.push_back({time_s_, units_.si(state_), phase}); }
@@ -126,21 +125,22 @@ void OdeSimulation::find_touching() {
     if (z + up.dot(vertices_[i]) <= margin_) touching_.push_back(static_cast<int>(i));
 }
 
-// A point in the span of others adds only redundant rows: of many, keep those furthest out in eight
-// directions and the one that approaches fastest.
+// A point in the span of others adds only redundant rows: of many, keep those furthest out and down in eight
+// directions, and the one that approaches fastest.
 void OdeSimulation::choose_bearing() {
-  constexpr std::size_t kFew = 8;
+  constexpr std::size_t kFew = 4, kDirections = 8;
   const auto arm_of = [&](int i) { return Vec3(state_.orientation * vertices_[i] - radius_ * kUp); };
   if (touching_.size() > kFew) {
-    std::array<int, kFew + 1> chosen{};
-    std::array<double, kFew + 1> best;
+    std::array<int, kDirections + 1> chosen{};
+    std::array<double, kDirections + 1> best;
     best.fill(-kNever);
     for (const int i : touching_) {
       const Vec3 arm = arm_of(i);
-      const double d = std::numbers::sqrt2 / 2.0, x = arm.x(), y = arm.y();
+      const double d = std::numbers::sqrt2 / 2.0, x = arm.x(), y = arm.y(), z = arm.z();
       const double sinking = -state_.angular_velocity.cross(arm).z();
-      const std::array<double, kFew + 1> reach = {x,  d * (x + y), y,      d * (y - x), -x, -d * (x + y),
-                                                  -y, d * (x - y), sinking};
+      const std::array<double, kDirections + 1> reach = {x - z,           d * (x + y) - z, y - z,
+                                                         d * (y - x) - z, -x - z,          -d * (x + y) - z,
+                                                         -y - z,          d * (x - y) - z, sinking};
       for (std::size_t k = 0; k < reach.size(); ++k)
         if (reach[k] > best[k]) best[k] = reach[k], chosen[k] = i;
     }
@@ -158,7 +158,7 @@ double OdeSimulation::approach_speed() const {
   return fastest;
 }
 
-void OdeSimulation::make_contacts(double length) {
+void OdeSimulation::make_contacts(double length, bool impact) {
   const Material& material = body_->material();
   const Quat inverse = state_.orientation.conjugate();
   contacts_.clear();
@@ -172,21 +172,19 @@ void OdeSimulation::make_contacts(double length) {
     c.depth = -c.position.z();
     const Vec3 velocity = state_.velocity + state_.angular_velocity.cross(arm);
     // ODE's friction is a box about two axes. The first is the slip that would be without friction, so that
-    // no heading is special. Where friction cannot end the slip within the step there is no second one: it
-    // would hold the body against every sideways pull.
+    // no heading is special. What slides on has no second one, which would hold it against every sideways
+    // pull; in an impact, which turns the slip, both together come nearer to the cone.
     const Vec3 pulled = velocity + length * gravity_;
-    Vec3 slip(pulled.x(), pulled.y(), 0.0);
+    const Vec3 slip(pulled.x(), pulled.y(), 0.0);
     const double slip_speed = slip.norm();
     if (slip_speed > 0.0) c.slip_direction = slip / slip_speed;
-    const Vec3 across = kUp.cross(c.slip_direction);
-    const double normal = mobility(kUp), along = mobility(c.slip_direction);
-    c.softness = {options_.cfm * length * normal, options_.cfm * length * along,
-                  options_.cfm * length * mobility(across)};
+    const double along = mobility(c.slip_direction);
+    c.softness = {options_.cfm * length * mobility(kUp), options_.cfm * length * along,
+                  options_.cfm * length * mobility(kUp.cross(c.slip_direction))};
+    const double stoppable = material.friction * mass_ * gravity_down_ * length * along;
     c.friction = material.friction;
-    const double load =
-        (1.0 + material.restitution) * std::max(0.0, -velocity.z()) / normal + mass_ * gravity_down_ * length;
-    c.cross_friction = slip_speed > material.friction * load * along ? 0.0 : material.friction;
-    c.restitution = material.restitution;
+    c.cross_friction = !impact && slip_speed > stoppable ? 0.0 : material.friction;
+    c.restitution = impact ? material.restitution : 0.0;
     contacts_.push_back(c);
   }
 }
@@ -215,16 +213,21 @@ double OdeSimulation::kinetic(const Vec3& velocity, const Vec3& angular_velocity
   return 0.5 * (mass_ * velocity.squaredNorm() + inertia_.dot(spin.cwiseProduct(spin)));
 }
 
-// Newton's restitution with friction can add energy. Where it does, the velocities are blended towards those
-// of no restitution until it does not. What gravity does along the ground within the step is its own.
+// Newton's restitution with friction can add energy. Where the contacts would do work, the velocities are
+// blended towards those of no restitution until they do none. Their work is the gain of kinetic energy beyond
+// that of gravity over the step, at the mean velocity.
 bool OdeSimulation::step_bouncing(const OdeStep& step, std::span<double> normal_forces) {
   const State before = state_;
+  const Vec3 weight = mass_ * step.length * gravity_;
+  const double kinetic_before = kinetic(before.velocity, before.angular_velocity, before.orientation);
+  const auto work = [&](const State& after) {
+    return kinetic(after.velocity, after.angular_velocity, before.orientation) - kinetic_before -
+           0.5 * weight.dot(before.velocity + after.velocity);
+  };
   if (!world_.step(step, contacts_, normal_forces)) return false;
-  State elastic = world_.get();
-  const Vec3 along(gravity_.x(), gravity_.y(), 0.0);
-  const double allowed =
-      kinetic(before.velocity + step.length * along, before.angular_velocity, before.orientation);
-  if (!(kinetic(elastic.velocity, elastic.angular_velocity, before.orientation) > allowed)) return true;
+  const State elastic = world_.get();
+  const double gain = work(elastic);
+  if (!(gain > 0.0)) return true;
 
   for (OdeContact& c : contacts_) c.restitution = 0.0;
   std::vector<double> plastic_forces(normal_forces.size());
@@ -235,12 +238,10 @@ bool OdeSimulation::step_bouncing(const OdeStep& step, std::span<double> normal_
   const State plastic = world_.get();
   const Vec3 dv = elastic.velocity - plastic.velocity,
              dw = elastic.angular_velocity - plastic.angular_velocity;
-  // The energy is a parabola in the share of the elastic velocities: from `low` <= 0 to above 0.
-  const double low =
-      std::min(0.0, kinetic(plastic.velocity, plastic.angular_velocity, before.orientation) - allowed);
-  const double a = kinetic(dv, dw, before.orientation);
-  const double b =
-      kinetic(plastic.velocity + dv, plastic.angular_velocity + dw, before.orientation) - a - (low + allowed);
+  // The work is a parabola in the elastic share: `low` at 0, where it can be positive by rounding only, and
+  // `gain` at 1.
+  const double low = std::min(0.0, work(plastic));
+  const double a = kinetic(dv, dw, before.orientation), b = gain - low - a;
   const double root = std::sqrt(std::max(0.0, b * b - 4.0 * a * low));
   double share = b > 0.0 ? -2.0 * low / (b + root) : (root - b) / (2.0 * a);
   share = std::clamp(share * (1.0 - 1e-15), 0.0, 1.0);
@@ -263,10 +264,10 @@ bool OdeSimulation::step_contact(double length_s) {
   step.correcting_speed = kCorrectingShare * std::sqrt(gravity_.norm() * reach_);
   step.bounce_speed = options_.micro_speed_m_s / units_.speed();
   choose_bearing();
-  make_contacts(step.length);
   const double approach = approach_speed();
-  if (approach <= step.bounce_speed) {
-    for (OdeContact& c : contacts_) c.restitution = 0.0;
+  const bool impact = approach > step.bounce_speed;
+  make_contacts(step.length, impact);
+  if (!impact) {
     step.torque = friction_torque(step.length);
     if (!world_.step(step, contacts_)) return false;
     state_ = world_.get();
@@ -280,8 +281,7 @@ bool OdeSimulation::step_contact(double length_s) {
   Hit hit;
   hit.time_s = time_s_;
   hit.approach_speed_m_s = approach * units_.speed();
-  const Vec3 kicked = state_.velocity - step.length * gravity_;
-  hit.impulse_n_s = mass_ * (kicked - before.velocity) * units_.impulse();
+  hit.impulse_n_s = mass_ * (state_.velocity - before.velocity) * units_.impulse();
   double sum = 0.0;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     hit.position_m += forces_[i] * contacts_[i].position * units_.length_m;
@@ -290,7 +290,7 @@ bool OdeSimulation::step_contact(double length_s) {
   hit.position_m = sum > 0.0 ? Vec3(hit.position_m / sum) : Vec3(contacts_[0].position * units_.length_m);
   run_.hits.push_back(hit);
   State after = before;
-  after.velocity = kicked;
+  after.velocity = state_.velocity;
   after.angular_velocity = state_.angular_velocity;
   run_.nodes.push_back({time_s_, units_.si(after), Phase::contact});
   return true;
@@ -300,7 +300,9 @@ bool OdeSimulation::step_contact(double length_s) {
 // one.
 bool OdeSimulation::rests(double length_s) {
   const double speed = (state_.velocity.norm() + state_.angular_velocity.norm() * reach_) * units_.speed();
-  if (speed >= options_.rest_speed_m_s) {
+  double depth = 0.0;
+  for (const OdeContact& c : contacts_) depth = std::max(depth, c.depth);
+  if (speed >= options_.rest_speed_m_s || depth > 2.0 * margin_) {  // still rising, or still being pushed out
     slow_ = false;
     still_steps_ = 0;
     return false;

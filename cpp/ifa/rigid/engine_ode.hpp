@@ -14,7 +14,7 @@ struct OdeOptions {
   // every step is ODE's, with its own gyroscopic term, and contacts begin up to a step late.
   bool skip_flight = true;
   double erp = 0.2;   // share of a penetration that a step corrects, at most 0.2
-  double cfm = 1e-8;  // softness of a constraint, relative to its own: CFM = cfm * step * J M^-1 J^T
+  double cfm = 1e-6;  // softness of a constraint, relative to its own: CFM = cfm * step * J M^-1 J^T
   double micro_speed_m_s = 0.01;  // slower approaches neither bounce nor are hits
   double rest_speed_m_s = 0.01;   // rest as in SimulationOptions
   double rest_duration_s = 0.05;
@@ -23,10 +23,10 @@ struct OdeOptions {
 
 // The run to rest or to `until_s`; `failed` where ODE complained or a state grew beyond all bounds. Nodes:
 // the start, both sides of each impact, each step with contact, and the end; flight steps are not kept. An
-// impact is a step that begins with a touching vertex which approaches faster than `micro_speed_m_s`. It acts
-// at that instant, so both its sides have the pose and the time of the step's beginning; gravity's share of
-// the step comes after. Throws ArgumentError on options out of their range, and where nothing could end the
-// run.
+// impact is a step that begins with a touching vertex which approaches faster than `micro_speed_m_s`. Its
+// velocities change at once and then move the body for the step, so both its sides have the time and the pose
+// of the step's beginning. A hit's impulse is the change of momentum: without what carries the weight for the
+// step. Throws ArgumentError on options out of their range, and where nothing could end the run.
 Run simulate_ode(const Body& body, const State& state, const OdeOptions& options, double until_s,
                  const Progress* progress = nullptr);
 

@@ -108,11 +108,11 @@ dContact to_ode(const OdeContact& c, double bounce_speed) {
 }  // namespace
 
 struct OdeWorld::Parts {
-  dThreadingImplementationID threading;
-  dWorldID world;
-  dJointGroupID joints;
-  dBodyID body;
-  const dReal *position, *quaternion, *velocity, *angular_velocity;
+  dThreadingImplementationID threading = nullptr;
+  dWorldID world = nullptr;
+  dJointGroupID joints = nullptr;
+  dBodyID body = nullptr;
+  const dReal *position = nullptr, *quaternion = nullptr, *velocity = nullptr, *angular_velocity = nullptr;
   std::vector<dJointFeedback> feedback;
   bool trapped = false;
 };
@@ -121,39 +121,44 @@ OdeWorld::OdeWorld(double mass, const Vec3& inertia, const Vec3& gravity)
     : parts_(std::make_unique<Parts>()) {
   prepare_ode();
   Parts& p = *parts_;
-  p.world = dWorldCreate();
-  // The default threading is one for the process, and aborts if two threads step at once.
-  p.threading = dThreadingAllocateSelfThreadedImplementation();
-  dWorldSetStepThreadingImplementation(p.world, dThreadingImplementationGetFunctions(p.threading),
-                                       p.threading);
-  dWorldSetGravity(p.world, gravity.x(), gravity.y(), gravity.z());
-  p.joints = dJointGroupCreate(0);
-  p.body = dBodyCreate(p.world);
-  dMass m;
-  dMassSetParameters(&m, mass, 0, 0, 0, inertia.x(), inertia.y(), inertia.z(), 0, 0, 0);
-  dBodySetMass(p.body, &m);
-  dBodySetFiniteRotationMode(p.body, 1);
-  dBodySetGyroscopicMode(p.body, inertia.x() != inertia.y() || inertia.y() != inertia.z());
-  p.position = dBodyGetPosition(p.body);
-  p.quaternion = dBodyGetQuaternion(p.body);
-  p.velocity = dBodyGetLinearVel(p.body);
-  p.angular_velocity = dBodyGetAngularVel(p.body);
+  watched(p.trapped, [&] {
+    p.world = dWorldCreate();
+    // The default threading is one for the process, and aborts if two threads step at once.
+    p.threading = dThreadingAllocateSelfThreadedImplementation();
+    dWorldSetStepThreadingImplementation(p.world, dThreadingImplementationGetFunctions(p.threading),
+                                         p.threading);
+    dWorldSetGravity(p.world, gravity.x(), gravity.y(), gravity.z());
+    p.joints = dJointGroupCreate(0);
+    p.body = dBodyCreate(p.world);
+    p.position = dBodyGetPosition(p.body);
+    p.quaternion = dBodyGetQuaternion(p.body);
+    p.velocity = dBodyGetLinearVel(p.body);
+    p.angular_velocity = dBodyGetAngularVel(p.body);
+    dMass m;
+    dMassSetParameters(&m, mass, 0, 0, 0, inertia.x(), inertia.y(), inertia.z(), 0, 0, 0);
+    dBodySetMass(p.body, &m);
+    dBodySetFiniteRotationMode(p.body, 1);
+    dBodySetGyroscopicMode(p.body, inertia.x() != inertia.y() || inertia.y() != inertia.z());
+  });
 }
 
 OdeWorld::~OdeWorld() {
-  if (parts_->trapped) return;
+  if (parts_->trapped) return;  // its memory is in no known state: let it go
   dJointGroupDestroy(parts_->joints);
   dWorldDestroy(parts_->world);
   dThreadingFreeImplementation(parts_->threading);
 }
 
 void OdeWorld::set(const State& s) {
-  const dBodyID body = parts_->body;
-  const dQuaternion q = {s.orientation.w(), s.orientation.x(), s.orientation.y(), s.orientation.z()};
-  dBodySetPosition(body, s.position.x(), s.position.y(), s.position.z());
-  dBodySetQuaternion(body, q);
-  dBodySetLinearVel(body, s.velocity.x(), s.velocity.y(), s.velocity.z());
-  dBodySetAngularVel(body, s.angular_velocity.x(), s.angular_velocity.y(), s.angular_velocity.z());
+  if (parts_->trapped) return;
+  watched(parts_->trapped, [&] {
+    const dBodyID body = parts_->body;
+    const dQuaternion q = {s.orientation.w(), s.orientation.x(), s.orientation.y(), s.orientation.z()};
+    dBodySetPosition(body, s.position.x(), s.position.y(), s.position.z());
+    dBodySetQuaternion(body, q);
+    dBodySetLinearVel(body, s.velocity.x(), s.velocity.y(), s.velocity.z());
+    dBodySetAngularVel(body, s.angular_velocity.x(), s.angular_velocity.y(), s.angular_velocity.z());
+  });
 }
 
 State OdeWorld::get() const {
@@ -165,6 +170,7 @@ State OdeWorld::get() const {
 bool OdeWorld::step(const OdeStep& step, std::span<const OdeContact> contacts,
                     std::span<double> normal_forces) {
   Parts& p = *parts_;
+  if (p.trapped) return false;
   return watched(p.trapped, [&] {
     if (!contacts.empty()) {
       dWorldSetERP(p.world, step.erp);
