@@ -44,8 +44,8 @@ class Trace:
 class Outcome:
     """A simulation's figures. contacts_s: the first CONTACTS contacts, inf where there are fewer.
 
-    energy_gain: the largest rise of the energy over its least value before, over the energy at the
-    start. penetration_m: of the deepest hull point.
+    energy_gain: the largest rise of the energy from a flight or approach to a later one, over the
+    energy at the start. penetration_m: of the deepest hull point.
     """
 
     contacts_s: Array
@@ -60,8 +60,7 @@ def of_steps(body: ifa.Body, trace: Trace) -> Outcome:
 
     A point strikes within a step if it crosses the ground, at the instant that its heights at the
     step's ends give by linear interpolation, or if it is thrown back from just above the ground, at
-    the instant at which it would have got there. The energy counts only where nothing touches: a
-    soft contact is lent energy and gives it back.
+    the instant at which it would have got there.
     """
     gaps, rates = _gaps_and_rates(body, trace)
     before, after = gaps[:-1], gaps[1:]
@@ -76,7 +75,7 @@ def of_steps(body: ifa.Body, trace: Trace) -> Outcome:
         rows, points = np.nonzero(struck)
         strikes.append(trace.times_s[rows] + before[rows, points] / speed[rows, points])
     lowest = gaps.min(axis=1)
-    return _outcome(trace, np.concatenate(strikes), energies(body, trace)[lowest > 0.0], lowest)
+    return _outcome(body, trace, np.concatenate(strikes), lowest, lowest > 0.0)
 
 
 def of_nodes(body: ifa.Body, trace: Trace) -> Outcome:
@@ -90,7 +89,8 @@ def of_nodes(body: ifa.Body, trace: Trace) -> Outcome:
     strikes = impacts[:, None] & (gaps <= TOUCH_SHARE * size_m) & (rates < -AUDIBLE_SPEED_M_S)
     rows, points = np.nonzero(strikes)
     since_s = np.minimum(gaps[rows, points], 0.0) / rates[rows, points]
-    return _outcome(trace, trace.times_s[rows] - since_s, energies(body, trace), gaps.min(axis=1))
+    lowest = gaps.min(axis=1)
+    return _outcome(body, trace, trace.times_s[rows] - since_s, lowest, (lowest > 0.0) | impacts)
 
 
 def first_contacts(strikes_s: Array) -> Array:
@@ -112,8 +112,16 @@ def energies(body: ifa.Body, trace: Trace) -> Array:
     return kinetic + turning + body.mass_kg * GRAVITY_M_S2 * trace.positions_m[:, 2]
 
 
-def _outcome(trace: Trace, strikes_s: Array, energy_j: Array, lowest_m: Array) -> Outcome:
-    rise_j = energy_j - np.minimum.accumulate(energy_j)
+def _outcome(
+    body: ifa.Body, trace: Trace, strikes_s: Array, lowest_m: Array, unloaded: np.ndarray
+) -> Outcome:
+    """The energy is compared at the rows `unloaded` only.
+
+    In the air, or just before an impact: a soft contact is lent energy and gives it back, and a
+    step that is pushed out of the ground has lost more in the impact that took it there.
+    """
+    energy_j = energies(body, trace)
+    rise_j = energy_j[unloaded] - np.minimum.accumulate(energy_j[unloaded])
     return Outcome(
         contacts_s=first_contacts(strikes_s),
         energy_gain=float(rise_j.max() / energy_j[0]),

@@ -11,19 +11,23 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patheffects import withStroke
 
 from .report import Row
 
-LEAST_MS = 1e-4  # smaller errors are drawn here
-# Name in the legend, colour, marker, and how far the labels stand above their points.
+LEAST_MS = 1e-3  # smaller errors are drawn here
+# Name in the legend, colour, marker, and where the labels of the coarsest and the finest step stand
+# beside their points: offsets in points and alignment.
 STYLES = {
-    "event": ("event engine", "#d1495b", "o", 0),
-    "ode": ("ODE", "#22313f", "s", 6),
-    "ode_flight": ("ODE, flight in closed form", "#8a8f98", "D", -6),
-    "bullet": ("Bullet", "#2a7f9e", "^", 4),
-    "mujoco": ("MuJoCo (restitution approximate)", "#edae49", "v", 4),
-}
+    "event": ("event engine", "#d1495b", "o", ((-5, 0, "right"), (5, 0, "left"))),
+    "ode": ("ODE", "#22313f", "s", ((-5, 4, "right"), (4, -7, "left"))),
+    "ode_flight": (
+        "ODE, flight in closed form", "#8a8f98", "D", ((-5, -4, "right"), (1, -10, "right")),
+    ),
+    "bullet": ("Bullet", "#2a7f9e", "^", ((0, 15, "left"), (5, 5, "left"))),
+    "mujoco": (
+        "MuJoCo (restitution approximate)", "#edae49", "v", ((2, 8, "center"), (5, 4, "left")),
+    ),
+}  # fmt: skip
 _INK = "#22313f"
 
 
@@ -50,7 +54,7 @@ def work_precision(rows: Sequence[Row], path: Path) -> None:
         axes[-1][j].set_xlabel("CPU time of a simulation, ms", fontsize=9)
     left, right = axes[0][0].get_xlim()
     axes[0][0].set_xlim(0.6 * left, 1.7 * right)  # room for the labels
-    axes[0][0].set_ylim(bottom=0.4 * LEAST_MS)
+    axes[0][0].set_ylim(bottom=0.5 * LEAST_MS)
 
     handles = []
     for name in dict.fromkeys(str(row["engine"]) for row in rows):
@@ -63,7 +67,7 @@ def work_precision(rows: Sequence[Row], path: Path) -> None:
     )  # fmt: skip
     figure.text(
         0.5, 0.1 / height_in, "A point for each step, the coarsest and the finest labelled, in s."
-        f" Errors below {1e3 * LEAST_MS:g} microseconds are drawn there.", ha="center",
+        f" Errors below {1e3 * LEAST_MS:g} microsecond are drawn there.", ha="center",
         fontsize=8, color=_INK,
     )  # fmt: skip
     figure.tight_layout(rect=(0.0, 0.3 / height_in, 1.0, 1.0 - 0.35 / height_in))
@@ -88,12 +92,10 @@ def _panel(axes: Axes, rows: Sequence[Row], key: str) -> None:
         shown = np.isfinite(y)
         shown[-1] &= not key.startswith("own_")  # the finest step against itself
         y = np.maximum(y, LEAST_MS)
-        _, colour, marker, above = STYLES[name]
+        _, colour, marker, places = STYLES[name]
         axes.plot(x[shown], y[shown], color=colour, marker=marker, ms=4, lw=1.3)
-        ends = np.flatnonzero(shown)[[0, -1]]
-        for k, side, align in zip(ends, (-5, 5), ("right", "left"), strict=True):
+        for k, place in zip(np.flatnonzero(shown)[[0, -1]], places, strict=True):
             axes.annotate(
-                f"1/{float(own[k]['steps_per_s']):.0f}", (x[k], y[k]), xytext=(side, above),
-                textcoords="offset points", ha=align, va="center", fontsize=7, color=colour,
-                path_effects=[withStroke(linewidth=2.0, foreground="white")],
+                f"1/{float(own[k]['steps_per_s']):.0f}", (x[k], y[k]), xytext=place[:2],
+                textcoords="offset points", ha=place[2], va="center", fontsize=7, color=colour,
             )  # fmt: skip
