@@ -25,17 +25,25 @@ def peers(options: argparse.Namespace, kinds: list[Kind], header: list[str]) -> 
     """The comparison of the engines: table, CSV, picture, and a summary at one step for docs/."""
     steps = compare.STEPS_PER_S[::3] if options.quick else compare.STEPS_PER_S
     count, timed, repeats = (8, 4, 1) if options.quick else (200, 40, 5)
-    count = options.simulations or count
+    count, known = options.simulations or count, len(header)
     header = [
         *header,
         f"{count} simulations a case, {min(timed, count)} of them timed {repeats} times in turns, "
         f"the median; at most {UNTIL_S:g} s each; CPU time on one core",
+        *([] if options.friction is None else [f"friction {options.friction:g}"]),
     ]
-    print(header[-1])
+    print("\n".join(header[known:]))
     rows = []
     for name in options.bodies:
         cases, reference = compare.run(
-            name, kinds, steps, count, timed, repeats, options.seed, progress
+            compare.body_for(name, options.friction),
+            kinds,
+            steps,
+            count,
+            timed,
+            repeats,
+            options.seed,
+            progress,
         )
         finest = {case.engine: case.contacts_s for case in cases if case.steps_per_s == steps[-1]}
         print(f"\n{report.COMPARISON_HEADER}")
@@ -63,6 +71,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--bodies", nargs="+", choices=compare.BODIES, default=compare.BODIES)
     parser.add_argument("--engines", nargs="+", help="of the comparison; all that are there")
     parser.add_argument("--simulations", type=int, help="of each case")
+    parser.add_argument(
+        "--friction", type=float,
+        help="of all bodies in the comparison; 0 compares impacts without the laws of friction",
+    )  # fmt: skip
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--output", type=Path, default=ROOT / "build" / "benchmarks" / "physics")
     parser.add_argument(

@@ -20,9 +20,10 @@ REFERENCE_UNTIL_S = 1.5  # the fourth contact of nearly all comes before
 NOTABLE_GAIN = 0.01
 
 
-def body_for(name: str) -> ifa.Body:
+def body_for(name: str, friction: float | None = None) -> ifa.Body:
     """A body of the library without rolling and spinning friction, which not all engines have."""
-    return ifa.bodies.get(name).replace(rolling_friction_m=0.0, spin_friction_m=0.0)
+    body = ifa.bodies.get(name).replace(rolling_friction_m=0.0, spin_friction_m=0.0)
+    return body if friction is None else body.replace(friction=friction)
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class Case:
 
 
 def run(
-    name: str,
+    body: ifa.Body,
     kinds: Sequence[Kind],
     steps_per_s: Sequence[int],
     count: int,
@@ -52,7 +53,7 @@ def run(
     say: Callable[[str], None],
 ) -> tuple[list[Case], Array]:
     """All cases of one body, and the reference's contacts (count, CONTACTS)."""
-    body = body_for(name)
+    name = body.name
     states = lifted(body, count, seed)
     exact = Event(body, REFERENCE_STEP_S, REFERENCE_UNTIL_S)
     reference = np.array([exact.outcome(states[i]).contacts_s for i in range(count)])

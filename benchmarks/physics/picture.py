@@ -18,7 +18,7 @@ LEAST_MS = 1e-3  # smaller errors are drawn here
 # Name in the legend, colour, marker, and where the labels of the coarsest and the finest step stand
 # beside their points: offsets in points and alignment.
 STYLES = {
-    "event": ("event engine", "#d1495b", "o", ((-5, 0, "right"), (5, 0, "left"))),
+    "event": ("event engine", "#d1495b", "o", ((0, 8, "center"), (0, 8, "center"))),
     "ode": ("ODE", "#22313f", "s", ((-5, 4, "right"), (4, -7, "left"))),
     "ode_flight": (
         "ODE, flight in closed form", "#8a8f98", "D", ((-5, -4, "right"), (1, -10, "right")),
@@ -98,4 +98,5 @@ def _panel(axes: Axes, rows: Sequence[Row], key: str) -> None:
             axes.annotate(
                 f"1/{float(own[k]['steps_per_s']):.0f}", (x[k], y[k]), xytext=place[:2],
                 textcoords="offset points", ha=place[2], va="center", fontsize=7, color=colour,
+                bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0.0, "pad": 0.4},
             )  # fmt: skip
