@@ -1,7 +1,7 @@
 # Everything a contributor or CI runs. `make` lists it.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help deps build demo test lint test-cpp test-python test-blender bench bench-physics sanitize format clean
+.PHONY: help deps build demo test lint test-cpp test-python test-blender hard-cases bench bench-physics sanitize format clean
 
 PY := .venv/bin/python
 CMAKE_DIR := build/cmake
@@ -59,6 +59,11 @@ test-blender: build  ## run the add-on's tests inside Blender, also in a real wi
 	@scripts/install.sh blender
 	@$(PY) tests/blender/run.py --window --screenshot build/blender_window.png
 
+# All random trials, where the other targets run a share of them. The table is that of docs/hard_cases.md.
+hard-cases: build  ## run the hard cases in full, about an hour, and print what each held
+	@IFA_HARD_CASES_SHARE=1 ctest --test-dir $(CMAKE_DIR) --no-tests=error -j $$(nproc) -V --timeout 7200 \
+	  -R '^(hard_cases|base.RotationLog)' | $(PY) tests/cpp/hard_cases/table.py
+
 bench: build  ## solve the recordings and tosses in ../shared and print the table
 	@$(PY) benchmarks/solve.py
 
@@ -78,7 +83,7 @@ sanitize: deps  ## run the C++ tests under the address, undefined-behaviour and 
 	  cmake -S . -B $$dir -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="-O1 -g1" -DIFA_BUILD_PYTHON=OFF \
 	    -DIFA_SANITIZE=$$checks >/dev/null; \
 	  setarch -R cmake --build $$dir; \
-	  setarch -R ctest --test-dir $$dir --output-on-failure --no-tests=error -j $$(nproc); \
+	  IFA_HARD_CASES_SHARE=0.0005 setarch -R ctest --test-dir $$dir --output-on-failure --no-tests=error -j $$(nproc); \
 	done
 
 format: deps  ## format all sources

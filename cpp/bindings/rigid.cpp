@@ -1,5 +1,6 @@
 // Bodies, convex hulls and mass properties.
 #include "bindings.hpp"
+#include "ifa/rigid/engine_ode.hpp"
 #include "ifa/rigid/event_engine.hpp"
 #include "states.hpp"
 
@@ -128,9 +129,23 @@ const char* status_name(RunStatus status) {
       return "rest";
     case RunStatus::time_limit:
       return "time_limit";
+    case RunStatus::failed:
+      return "failed";
     default:
       return "impact_limit";
   }
+}
+
+// (status, rest_s, times (n,), states, hits)
+py::tuple from_run(const Body& body, const Run& run) {
+  std::vector<double> times;
+  std::vector<State> states;
+  for (const Node& node : run.nodes) {
+    times.push_back(node.time_s);
+    states.push_back(to_body(body, node.state));
+  }
+  return py::make_tuple(status_name(run.status), run.rest_s, from_vector(times), from_states(states),
+                        from_hits(run.hits));
 }
 
 void bind_simulation(py::module_& m) {
@@ -162,20 +177,31 @@ void bind_simulation(py::module_& m) {
         SimulationOptions options;
         options.step_s = step_s;
         options.gravity_m_s2 = to_vec3(gravity_m_s2, "gravity_m_s2");
-        const Run run = run_interruptible<Run>(
-            progress, [&](Progress* p) { return simulate(body, state, options, until_s, p); });
-        std::vector<double> times;
-        std::vector<State> states;
-        for (const Node& node : run.nodes) {
-          times.push_back(node.time_s);
-          states.push_back(to_body(body, node.state));
-        }
-        return py::make_tuple(status_name(run.status), run.rest_s, from_vector(times), from_states(states),
-                              from_hits(run.hits));
+        return from_run(body, run_interruptible<Run>(progress, [&](Progress* p) {
+                          return simulate(body, state, options, until_s, p);
+                        }));
       },
       py::arg("body"), py::arg("position_m"), py::arg("quaternion_wxyz"), py::arg("velocity_m_s"),
       py::arg("angular_velocity_rad_s"), py::arg("step_s"), py::arg("until_s"), py::arg("gravity_m_s2"),
       py::arg("progress"));
+  m.def(
+      "simulate_ode",
+      [](const Body& body, const Array& position_m, const Array& quaternion_wxyz, const Array& velocity_m_s,
+         const Array& angular_velocity_rad_s, double step_s, double until_s, const Array& gravity_m_s2,
+         bool skip_flight, const std::shared_ptr<Progress>& progress) {
+        const State state =
+            to_principal(body, to_state(position_m, quaternion_wxyz, velocity_m_s, angular_velocity_rad_s));
+        OdeOptions options;
+        options.step_s = step_s;
+        options.gravity_m_s2 = to_vec3(gravity_m_s2, "gravity_m_s2");
+        options.skip_flight = skip_flight;
+        return from_run(body, run_interruptible<Run>(progress, [&](Progress* p) {
+                          return simulate_ode(body, state, options, until_s, p);
+                        }));
+      },
+      py::arg("body"), py::arg("position_m"), py::arg("quaternion_wxyz"), py::arg("velocity_m_s"),
+      py::arg("angular_velocity_rad_s"), py::arg("step_s"), py::arg("until_s"), py::arg("gravity_m_s2"),
+      py::arg("skip_flight"), py::arg("progress"));
 }
 
 }  // namespace

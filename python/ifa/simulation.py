@@ -100,9 +100,10 @@ class Hits:
 class Run:
     """What a simulation yields.
 
-    status: "rest", "time_limit" or "impact_limit". times_s (n,): the start, both sides of each
-    impact, each step of sustained contact and the end. states: n rows. hits: every impact. rest_s:
-    when rest began, or None.
+    status: "rest", "time_limit", "impact_limit", or "failed" where ODE could not go on (the rest
+    of the run is what it had until then). times_s (n,): the start, both sides of each impact, each
+    step of sustained contact and the end. states: n rows. hits: every impact; with engine="ode"
+    every one that bounces, those above 0.01 m/s. rest_s: when rest began, or None.
     """
 
     status: str
@@ -123,7 +124,9 @@ def gravity_vector(gravity_m_s2: ArrayLike) -> np.ndarray:
 
 
 def time_limit(until_s: float | None, gravity_m_s2: np.ndarray) -> float:
-    """`until_s`, or infinity where None asks for a run to rest under gravity (3,)."""
+    """`until_s`, or infinity where None asks for a run to rest under gravity (3,), not zero."""
+    if not gravity_m_s2.any():
+        raise IfaValueError("gravity_m_s2: must not be zero")
     if until_s is None:
         if gravity_m_s2[2] >= 0.0:
             raise IfaValueError("gravity_m_s2: must point down, or until_s be given")
@@ -176,31 +179,46 @@ def simulate(
     until_s: float | None = None,
     gravity_m_s2: ArrayLike = GRAVITY_M_S2,
     progress: _core.Progress | None = None,
+    flight: str = "exact",
 ) -> Run:
     """A body's motion from one state above the ground z = 0, to rest or to `until_s`.
 
     engine="event": flight in closed form, impacts at their exact instants over all touching points
     (Newton restitution, Coulomb cone, energy never grows), steps of `step_s` in sustained contact
-    only. until_s: s from the state; None runs to rest, which takes gravity that points down. Raises
-    IfaValueError naming the argument, ifa.Cancelled.
+    only. engine="ode": the paper's velocity-level contact problem, solved by the Open Dynamics
+    Engine, to compare with; flight="exact" flies in closed form to the exact instant of each
+    contact, flight="stepped" leaves all to ODE in steps of `step_s`, errors included. Its friction
+    is a box aligned with the slip, bounded by the frictionless normal force (dContactApprox1).
+    until_s: s from the state; None runs to rest, which takes gravity that points down.
+    gravity_m_s2: its size, downwards, or a vector (3,), not zero. Raises IfaValueError naming the
+    argument, ifa.Cancelled.
     """
     _single(state)
-    if engine != "event":
-        raise IfaValueError(f'engine: this version has "event", got {engine!r}')
+    if engine not in ("event", "ode"):
+        raise IfaValueError(f'engine: must be "event" or "ode", got {engine!r}')
+    if flight not in ("exact", "stepped"):
+        raise IfaValueError(f'flight: must be "exact" or "stepped", got {flight!r}')
+    if engine == "event" and flight != "exact":
+        raise IfaValueError('flight: engine="event" flies exactly, only engine="ode" can step')
     gravity = gravity_vector(gravity_m_s2)
     limit = time_limit(until_s, gravity)
     arguments.check_progress(progress)
     lowest = float((_world(body.vertices_m, state))[:, 2].min()) - body.radius_m
     if lowest < -1e-6 * float(np.ptp(body.vertices_m, axis=0).max() + body.radius_m):
         raise IfaValueError(f"position_m: the body begins {-lowest:.3g} m below the ground")
-    status, rest_s, times, states, hits = _core.simulate(
-        body._core,
-        *state_arrays(state),
-        step_s=arguments.positive(step_s, "step_s"),
-        until_s=limit,
-        gravity_m_s2=gravity,
-        progress=progress,
-    )
+    options = {
+        "step_s": arguments.positive(step_s, "step_s"),
+        "until_s": limit,
+        "gravity_m_s2": gravity,
+        "progress": progress,
+    }
+    if engine == "event":
+        run = _core.simulate(body._core, *state_arrays(state), **options)
+    else:
+        run = _core.simulate_ode(
+            body._core, *state_arrays(state), skip_flight=flight == "exact", **options
+        )
+    status, rest_s, times, states, hits = run
     return Run(status, times, State(*states), Hits(*hits), rest_s if status == "rest" else None)
 
 

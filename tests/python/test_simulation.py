@@ -207,7 +207,7 @@ class TestSimulate:
     @pytest.mark.parametrize(
         ("name", "call"),
         [
-            ("engine", {"engine": "ode"}),
+            ("engine", {"engine": "bullet"}),
             ("engine", {"engine": None}),
             ("step_s", {"step_s": 0.0}),
             ("step_s", {"step_s": "1 ms"}),

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ifa/rigid/views.hpp"
+
 namespace ifa {
 namespace {
 
@@ -20,19 +22,15 @@ Onset Runner::strike(const State& before) {
 }
 
 bool Runner::settle(State& state) {
-  const double touch = 1e-8 * body_.bounding_radius_m();
-  points_.clear();
-  double separation = kNever;
-  const Vec3 up = state.orientation.conjugate() * kUp;
-  for (const Vec3& vertex : body_.principal_vertices()) {
-    if (state.position.z() - body_.radius_m() + up.dot(vertex) > touch) continue;
-    ContactPoint p;
-    p.arm = state.orientation * vertex - body_.radius_m() * kUp;
-    separation = std::min(separation, (state.velocity + state.angular_velocity.cross(p.arm)).z());
-    points_.push_back(p);
-  }
-  if (separation >= -1e-9) return false;
-  resolve_impact(body_, kNever, solver_, points_, state);
+  lanes::BodyView dull = view_of(body_);
+  dull.restitution = 0.0;
+  const lanes::Settings settings = settings_of(body_, physics_.simulation);
+  lanes::Sim sim = begin_sim(dull, settings, state, 0.0);
+  if (lanes::kScalarKernels.separation_speed(dull, sim) >= -1e-9) return false;
+  lanes::Sim* const sims[1] = {&sim};
+  lanes::HitData hit;
+  lanes::kScalarKernels.resolve(dull, settings, sims, 1, &hit);
+  state = state_of(sim);
   return true;
 }
 

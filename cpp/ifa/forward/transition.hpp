@@ -63,8 +63,6 @@ class Runner {
   const Body& body_;
   const SearchPhysics& physics_;
   EventSimulation simulation_;
-  ContactSolver solver_;
-  std::vector<ContactPoint> points_;
   std::vector<Load> loads_;
   double simulated_s_ = 0.0;
 };

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "ifa/base/progress.hpp"
@@ -10,7 +11,7 @@
 
 namespace ifa {
 
-// Why a sample ended; the first three are RunStatus. `failed`: the engine gave the sample up. `not_run`: the
+// Why a sample ended; the first four are RunStatus. `not_run`: the
 // batch was cancelled before it.
 enum class SampleStatus : std::uint8_t { rest, time_limit, impact_limit, failed, not_run };
 
@@ -34,13 +35,18 @@ struct BatchOutputs {
 struct BatchOptions {
   SimulationOptions simulation;
   double until_s = 30.0;
-  int threads = 0;  // 0: one for each core
+  int threads = 0;                   // 0: one for each core
+  std::string_view instruction_set;  // "scalar", "sse2", "avx2", "avx512"; empty: the widest that runs here
 };
 
 // Sample i is body `bodies[i]` (or `bodies[0]`, if there is one) from `states[i]`, in principal axes. The
 // same bytes for any number of threads, order and batch size. A cancelled `progress` ends it with Cancelled;
 // the samples that were done by then are whole, the others not_run.
+// Throws ArgumentError on an instruction set that this processor does not run.
 void simulate_batch(std::span<const Body* const> bodies, std::span<const State> states,
                     const BatchOptions& options, const BatchOutputs& outputs, Progress* progress = nullptr);
+
+// The names of the instruction sets that run here, the narrowest first.
+std::vector<std::string_view> instruction_sets();
 
 }  // namespace ifa

@@ -1,9 +1,12 @@
-// The contact problem at one instant: impulses at points of a body on the ground.
+// The contact problem at one instant: impulses at points of a body on the ground. What the event engine does
+// for a pack of simulations (lanes/contacts.hpp, lanes/impact.hpp), here for one.
 #pragma once
 
 #include <vector>
 
 #include "ifa/base/linear_algebra.hpp"
+#include "ifa/rigid/body.hpp"
+#include "ifa/rigid/state.hpp"
 
 namespace ifa {
 
@@ -11,7 +14,6 @@ struct ContactPoint {
   Vec3 arm;                     // from the centre of mass to the contact point, world axes, m
   double target_speed = 0.0;    // least normal speed after, m/s: -e times the approach, or 0
   Vec3 impulse = Vec3::Zero();  // on the body, world axes, N s
-  int vertex = -1;
 };
 
 // What the impulses act on, at one pose.
@@ -28,13 +30,20 @@ struct ContactBody {
 // the vertical, at most their length times the normal impulse. Sweeps begin from the points' impulses; all
 // zero, three points or more begin from an even share. Changes velocity and angular velocity in place.
 // `tolerance` is the largest change of any velocity (m/s, and rad/s times the arm) in the last sweep.
-class ContactSolver {
- public:
-  void solve(const ContactBody& body, std::vector<ContactPoint>& points, Vec3& velocity,
-             Vec3& angular_velocity, double tolerance, int max_sweeps);
+void solve_contacts(const ContactBody& body, std::vector<ContactPoint>& points, Vec3& velocity,
+                    Vec3& angular_velocity, double tolerance, int max_sweeps);
 
- private:
-  std::vector<Mat3> local_, local_inverse_;
+// Resolves the impact of `state` at `points`: a Newton target -e v_n at each point that approaches faster
+// than `micro_speed`, Coulomb's cone, and where the kinetic energy would grow, the whole impulse blended
+// towards that of e = 0 until it does not. Changes `state`, and the points' impulses.
+struct ImpactResult {
+  Vec3 impulse_n_s = Vec3::Zero();
+  Vec3 position_m = Vec3::Zero();  // centre of the normal impulses
 };
+ImpactResult resolve_impact(const Body& body, double micro_speed, std::vector<ContactPoint>& points,
+                            State& state);
+
+Mat3 inverse_inertia_world(const Body& body, const Quat& orientation);
+double kinetic_energy(const Body& body, const State& state);
 
 }  // namespace ifa

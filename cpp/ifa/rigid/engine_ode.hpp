@@ -22,11 +22,12 @@ struct OdeOptions {
 };
 
 // The run to rest or to `until_s`; `failed` where ODE complained or a state grew beyond all bounds. Nodes:
-// the start, both sides of each impact, each step with contact, and the end; flight steps are not kept. An
-// impact is a step that begins with a touching vertex which approaches faster than `micro_speed_m_s`. Its
-// velocities change at once and then move the body for the step, so both its sides have the time and the pose
-// of the step's beginning. A hit's impulse is the change of momentum: without what carries the weight for the
-// step. Throws ArgumentError on options out of their range, and where nothing could end the run.
+// the start, both sides of each impact, each step with contact, and the end; stepped flight is not kept. An
+// impact is a step that begins with a touching vertex which approaches faster than `micro_speed_m_s`. Both
+// its sides have the time and the pose of the step's beginning: with flight skipped the contacts act alone
+// and at once, else the changed velocities are those that move the body for the whole step, gravity's part in
+// them. A hit's impulse is the change of momentum. Throws ArgumentError on options out of their range, and
+// where nothing could end the run.
 Run simulate_ode(const Body& body, const State& state, const OdeOptions& options, double until_s,
                  const Progress* progress = nullptr);
 

@@ -113,6 +113,7 @@ struct OdeWorld::Parts {
   dJointGroupID joints = nullptr;
   dBodyID body = nullptr;
   const dReal *position = nullptr, *quaternion = nullptr, *velocity = nullptr, *angular_velocity = nullptr;
+  bool gyroscopic = false;
   std::vector<dJointFeedback> feedback;
   bool trapped = false;
 };
@@ -138,7 +139,8 @@ OdeWorld::OdeWorld(double mass, const Vec3& inertia, const Vec3& gravity)
     dMassSetParameters(&m, mass, 0, 0, 0, inertia.x(), inertia.y(), inertia.z(), 0, 0, 0);
     dBodySetMass(p.body, &m);
     dBodySetFiniteRotationMode(p.body, 1);
-    dBodySetGyroscopicMode(p.body, inertia.x() != inertia.y() || inertia.y() != inertia.z());
+    p.gyroscopic = inertia.x() != inertia.y() || inertia.y() != inertia.z();
+    dBodySetGyroscopicMode(p.body, p.gyroscopic);
   });
 }
 
@@ -171,6 +173,10 @@ bool OdeWorld::step(const OdeStep& step, std::span<const OdeContact> contacts,
                     std::span<double> normal_forces) {
   Parts& p = *parts_;
   if (p.trapped) return false;
+  const auto set_forces = [&](bool active) {
+    dBodySetGravityMode(p.body, active);
+    dBodySetGyroscopicMode(p.body, active && p.gyroscopic);
+  };
   return watched(p.trapped, [&] {
     if (!contacts.empty()) {
       dWorldSetERP(p.world, step.erp);
@@ -178,6 +184,7 @@ bool OdeWorld::step(const OdeStep& step, std::span<const OdeContact> contacts,
       dWorldSetContactMaxCorrectingVel(p.world, step.correcting_speed);
       dBodyAddTorque(p.body, step.torque.x(), step.torque.y(), step.torque.z());
     }
+    if (step.instant) set_forces(false);
     p.feedback.resize(normal_forces.size());
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       const dContact contact = to_ode(contacts[i], step.bounce_speed);
@@ -186,6 +193,7 @@ bool OdeWorld::step(const OdeStep& step, std::span<const OdeContact> contacts,
       if (!normal_forces.empty()) dJointSetFeedback(joint, &p.feedback[i]);
     }
     dWorldStep(p.world, step.length);
+    if (step.instant) set_forces(true);
     for (std::size_t i = 0; i < normal_forces.size(); ++i) normal_forces[i] = p.feedback[i].f1[2];
     if (!contacts.empty()) dJointGroupEmpty(p.joints);
   });

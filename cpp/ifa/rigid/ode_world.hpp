@@ -24,6 +24,7 @@ struct OdeContact {
 
 struct OdeStep {
   double length = 0.0;
+  bool instant = false;  // the contacts act alone: no gravity, no gyroscopic term
   double erp = 0.0;
   double layer = 0.0;             // depth that is not corrected
   double correcting_speed = 0.0;  // the largest that a correction may ask for

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "ifa/rigid/state.hpp"
 
 namespace ifa {
+
+inline constexpr double kNever = std::numeric_limits<double>::infinity();  // a time
 
 enum class Phase : std::uint8_t { flight, contact, rest };
 

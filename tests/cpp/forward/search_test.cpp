@@ -5,10 +5,10 @@
 #include <numeric>
 #include <thread>
 
-#include "../rigid/sample_bodies.hpp"
 #include "ifa/base/error.hpp"
 #include "ifa/forward/report.hpp"
 #include "ifa/forward/solve.hpp"
+#include "sample_bodies.hpp"
 
 namespace ifa {
 namespace {

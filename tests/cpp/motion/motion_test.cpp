@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../rigid/sample_bodies.hpp"
 #include "ifa/base/error.hpp"
+#include "sample_bodies.hpp"
 
 namespace ifa {
 namespace {

@@ -3,12 +3,19 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <numbers>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "ifa/base/error.hpp"
+#include "ifa/rigid/event_engine.hpp"
 #include "ifa/rigid/ode_world.hpp"
 #include "paper_start.hpp"
 #include "sample_bodies.hpp"
@@ -123,8 +130,9 @@ TEST(EngineOde, TurnedStartTurnsTheMotion) {
   }
 }
 
-// A block that slides along a slope goes down it as well, however little it would if it stood: friction
-// opposes the slip, and a box of friction about it would hold all else. Against dv/dt = g_t - mu g_n v / |v|.
+// A block that slides across a slope goes down it as well, however firmly it would stand: friction opposes
+// the slip, and a box about fixed axes, or about the velocity without gravity's pull, would hold the rest.
+// Against dv/dt = g_t - mu g_n v / |v|.
 TEST(EngineOde, SlidingAcrossASlopeDriftsDown) {
   const double friction = 0.3, slope = std::atan(0.2);
   const Body block = sample::box({0.1, 0.08, 0.02}, 0.2, sample::ideal(0.0, friction));
@@ -148,17 +156,37 @@ TEST(EngineOde, SlidingAcrossASlopeDriftsDown) {
     velocity += h * rate(middle);
   }
   const Vec3 end = run.nodes.back().state.position;
-  ASSERT_LT(position.y(), -0.05);  // 0 with a box
+  ASSERT_LT(position.y(), -0.05);
   // First order in the step: h / 2 times the speeds' change.
   EXPECT_NEAR(end.x(), position.x(), 1e-3);
   EXPECT_NEAR(end.y(), position.y(), 1e-3);
 }
 
-// What an impact's step adds to the kinetic energy beyond gravity's share of it, at the mean velocity.
-double contact_work(const Body& body, const State& before, const State& after, double step_s) {
-  const double weight = body.mass_kg() * kGravity;
+// A block that spins as it slides goes further, for its points spend their friction on the spin. A box of
+// friction at each of them lets no point yield sideways and stops it 4 % short (20 rad/s) and 27 % (60
+// rad/s). Against the event engine's cone; 0.2 % was measured, from the load that friction moves to the
+// front, which ODE does not see.
+TEST(EngineOde, SpinningBlockSlidesAsFarAsWithACone) {
+  const Body block = sample::box({0.1, 0.08, 0.02}, 0.2, sample::ideal(0.0, 0.3));
+  for (const double spin : {0.0, 20.0, 60.0}) {
+    State s;
+    s.position.z() = 0.01;
+    s.velocity.x() = 2.0;
+    s.angular_velocity.z() = spin;
+    const auto ode = simulate_ode(block, s, {}, 5.0), cone = simulate(block, s, SimulationOptions(), 5.0);
+    ASSERT_EQ(ode.status, RunStatus::rest);
+    const double distance = cone.nodes.back().state.position.x();
+    EXPECT_NEAR(ode.nodes.back().state.position.x(), distance, 0.005 * distance) << spin;
+    EXPECT_NEAR(ode.rest_s, cone.rest_s, 0.005 * cone.rest_s) << spin;
+  }
+}
+
+// What an impact adds to the kinetic energy, but in a stepped flight for gravity's share of the step, at the
+// mean velocity.
+double contact_work(const Body& body, const State& before, const State& after, const OdeOptions& options) {
+  const double weight = options.skip_flight ? 0.0 : body.mass_kg() * kGravity;
   return kinetic(body, after) - kinetic(body, before) +
-         weight * step_s * 0.5 * (before.velocity + after.velocity).z();
+         weight * options.step_s * 0.5 * (before.velocity + after.velocity).z();
 }
 
 // Newton's restitution with friction gains up to 32 % at e = 0.9, mu = 0.4, and 58 % at e = mu = 1.
@@ -177,7 +205,7 @@ TEST(EngineOde, NoImpactGainsEnergy) {
       for (const Hit& hit : run.hits) {
         while (run.nodes[k].time_s != hit.time_s) ++k;
         const State &before = run.nodes[k].state, &after = run.nodes[k + 1].state;
-        EXPECT_LE(contact_work(body, before, after, options.step_s), 1e-12 * kinetic(body, before))
+        EXPECT_LE(contact_work(body, before, after, options), 1e-12 * kinetic(body, before))
             << "run " << i << " at " << hit.time_s << " s";
         ++k;
       }
@@ -186,16 +214,16 @@ TEST(EngineOde, NoImpactGainsEnergy) {
 }
 
 // Without friction e = 1 keeps the energy: the guard takes nothing but gains. What is lost is the softness of
-// the contact, 2e-6 of it, and of an anisotropic body also what ODE's gyroscopic term takes.
+// the contact, 2e-6 of it.
 TEST(EngineOde, ElasticImpactKeepsEnergy) {
-  const Body body = die(sample::ideal(1.0, 0.0));
+  const Body body = brick(sample::ideal(1.0, 0.0));
   OdeOptions options;
   options.max_impacts = 1;
   for (int i = 0; i < 100; ++i) {
     const State s = sample::paper_start(body, i);
     const auto run = simulate_ode(body, s, options, 5.0);
     ASSERT_EQ(run.hits.size(), 1u);
-    EXPECT_NEAR(contact_work(body, s, run.nodes[1].state, options.step_s) / kinetic(body, s), 0.0, 1e-5);
+    EXPECT_NEAR(contact_work(body, s, run.nodes[1].state, options) / kinetic(body, s), 0.0, 1e-5);
   }
 }
 
@@ -214,17 +242,24 @@ TEST(EngineOde, ThinPlatesNeverFallThrough) {
   }
 }
 
-// An ERP of 0.8 without a cap turns penetration into speed: 12 % more energy than at the start.
-TEST(EngineOde, CorrectingPenetrationAddsNoEnergy) {
-  for (const double restitution : {0.0, 0.5})
-    for (int i = 0; i < 200; ++i) {
-      const Body body = i % 2 ? card({restitution, 0.3, 0.0, 0.0}) : brick({restitution, 0.3, 0.0, 0.0});
-      const State s = sample::paper_start(body, i);
+// An ERP of 0.8 without a cap turns the 4 mm of a fast landing into 3 m/s upwards. The cap of 0.1 sqrt(g R)
+// lets it hop by R / 200; the margin of contact and a step at the cap's speed come on top.
+TEST(EngineOde, CorrectingPenetrationThrowsNothingUp) {
+  for (const Body& body : {card(sample::ideal(0.0, 0.3)), brick(sample::ideal(0.0, 0.3))})
+    for (int i = 0; i < 40; ++i) {
+      State s;
+      const double half = -lowest(body, s);
+      s.position.z() = half + 0.01 + 1e-4 * i;  // any share of a step before the ground
+      s.velocity.z() = -4.0;
       const auto run = simulate_ode(body, s, stepped(), 5.0);
-      ASSERT_NE(run.status, RunStatus::failed);
-      // An impact within a step of the start acts above or below where it should: m g v h.
-      const double allowed = mechanical(body, s) + body.mass_kg() * kGravity * s.velocity.norm() * 1e-3;
-      for (const Node& n : run.nodes) EXPECT_LE(mechanical(body, n.state), allowed) << i;
+      ASSERT_EQ(run.status, RunStatus::rest);
+      const double cap = 0.1 * std::sqrt(kGravity * body.bounding_radius_m());
+      const double highest = half + body.bounding_radius_m() / 200.0 + 2.0 * kGravity * 1e-6 + cap * 1e-3;
+      for (const Node& n : run.nodes) {
+        if (n.time_s <= run.hits[0].time_s) continue;
+        const double rise = std::max(0.0, n.state.velocity.z());
+        EXPECT_LT(n.state.position.z() + rise * rise / (2.0 * kGravity), highest) << i;
+      }
     }
 }
 

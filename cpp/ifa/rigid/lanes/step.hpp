@@ -1,0 +1,491 @@
+// Sustained contact of a pack of bodies: one step with the touching points held on the ground, landings
+// within it, and coming to rest.
+#pragma once
+
+#include "ifa/rigid/lanes/impact.hpp"
+#include "ifa/rigid/lanes/rare.hpp"
+
+namespace ifa::IFA_LANES_NAMESPACE {
+
+using lanes::Settings;
+using lanes::Stage;
+using lanes::Stop;
+
+class ContactStep {
+ public:
+  ContactStep(const BodyView& body, const Settings& settings, Sim* const* sims, int count)
+      : body_(body),
+        settings_(settings),
+        sims_(sims),
+        count_(count),
+        lanes_(first_lanes(count)),
+        start_(load(sims, count)),
+        turned_(rotation(start_.orientation)),
+        points_(body, turned_.up()) {
+    gravity_ = broadcast(settings.gravity);
+    touch_ = broadcast(kTouchShare * body.bounding_radius);
+  }
+
+  void run(Stop* stops, lanes::LoadData* loads);
+
+ private:
+  Pack slowness(const Motion& m) const { return norm(m.velocity) + body_.bounding_radius * norm(m.spin); }
+  Pack energy(const Motion& m, const Rotation& r) const {
+    return kinetic_energy(body_, m.velocity, r.inverse(m.spin)) - body_.mass * dot(gravity_, m.position);
+  }
+  Pack choose_length(Pack time_s, Pack until_s);
+  void add_settling_points(Pack length);
+  void solve(Pack length);
+  Motion part_way(Pack share) const;
+  Pack lowest_newcomer(const Motion& m, const Rotation& r, int* point_of_lane) const;
+  Mask land(Pack& length, Motion& m, int* newcomer);
+  void project(Motion& m, Mask landing, const int* newcomer);
+  void hold_on_ground(Motion& m, Mask where) const;
+  void keep_bearing(Motion& m, Mask where) const;
+  void limit_energy(Motion& m) const;
+  void keep_forces(Pack length);
+
+  const BodyView& body_;
+  const Settings& settings_;
+  Sim* const* sims_;
+  int count_;
+  Mask lanes_, active_;
+  Motion start_, end_;  // of the whole step
+  Rotation turned_;     // at the start
+  Points points_;
+  Pack3 gravity_;
+  Pack touch_, whole_;  // whole_: length of the step
+  Mask settling_;
+  Bearing bearing_;
+  ContactSlot slot_[kSlots];
+  int slots_ = 0;
+  // Points held on the ground by the projection; further ones join there.
+  static constexpr int kMostHeld = kSlots + 16;
+  Mask held_[kMostHeld];
+  Mask loads_[kSlots];  // of the first ones: bore load in the step
+  int held_point_[kMostHeld][kWidth];
+  int helds_ = 0;
+  Pack3 torque_;  // angular impulse of rolling and spin friction
+  Pack normal_impulse_, slip_speed_, loaded_;
+};
+
+// Most steps are `step_s`. Flat on three points or more and without tumbling, a slide's forces are constant,
+// so that a step may be four times as long, and ends where the slide does.
+inline Pack ContactStep::choose_length(Pack time_s, Pack until_s) {
+  constexpr double kLargestTurn = 0.05;  // rad in one step
+  constexpr double kFlatSteps = 4.0, kShortestStop = 0.25;
+  const Pack step = broadcast(settings_.step_s), zero = broadcast(0.0);
+  Pack length = step;
+  if (body_.friction > 0.0 && settings_.gravity[2] < 0.0) {
+    Mask flat = none();
+    for (int l = 0; l < kWidth; ++l) set(flat, l, bearing_.count[l] >= 3);
+    const Pack tumbling = root(start_.spin.x * start_.spin.x + start_.spin.y * start_.spin.y);
+    flat = flat & (body_.bounding_radius * tumbling <= broadcast(0.1 * settings_.rest_speed)) &
+           (magnitude(start_.velocity.z) <= broadcast(0.1 * settings_.rest_speed));
+    const Pack slide = root(start_.velocity.x * start_.velocity.x + start_.velocity.y * start_.velocity.y) +
+                       body_.bounding_radius * magnitude(start_.spin.z);
+    const Pack stop = slide * (1.0 / (-settings_.gravity[2] * body_.friction));
+    length = select(flat, clamp(stop, kShortestStop * step, kFlatSteps * step), length);
+  }
+  length = least(length, until_s - time_s);
+  const Pack spin = norm(start_.spin);
+  return select(length * spin > broadcast(kLargestTurn),
+                kLargestTurn / select(spin > zero, spin, broadcast(1.0)), length);
+}
+
+// Points just above the ground may come down to it within the step, and no further: a rim settles as a whole,
+// where point after point would cut it into landings without end.
+inline void ContactStep::add_settling_points(Pack length) {
+  const double g = __builtin_sqrt(settings_.gravity[0] * settings_.gravity[0] +
+                                  settings_.gravity[1] * settings_.gravity[1] +
+                                  settings_.gravity[2] * settings_.gravity[2]);
+  const Pack reach = 2.0 * length * (settings_.rest_speed + g * length);
+  const Pack3 up = turned_.up();
+  const Pack z = start_.position.z - body_.rounding;
+  Spread spread[kWidth];
+  int found[kWidth] = {};
+  for (int k = 0; k < points_.count(); ++k) {
+    const Pack3 p = points_.at(k);
+    const Pack h = z + dot(up, p);
+    const unsigned low = bits(settling_ & (h > touch_) & (h <= reach));
+    if (!low) continue;
+    const Pack3 arm = turned_.apply(p);
+    for (unsigned b = low; b; b &= b - 1) {
+      const int l = __builtin_ctz(b);
+      if (found[l] < kMostSettling) bearing_.point[bearing_.count[l] + found[l]][l] = k;
+      ++found[l];
+      spread[l].consider(k, get(arm.x, l), get(arm.y, l), 0.0);
+    }
+  }
+  for (int l = 0; l < kWidth; ++l) {
+    if (found[l] > kMostSettling) {
+      int chosen[9];
+      found[l] = spread[l].take(chosen, kMostSettling);
+      for (int i = 0; i < found[l]; ++i) bearing_.point[bearing_.count[l] + i][l] = chosen[i];
+    }
+    bearing_.all[l] = bearing_.count[l] + found[l];
+  }
+}
+
+// Velocities at the end of a step with the touching points held above the ground. Forces are evaluated at the
+// predicted pose, so that a pivot's centripetal force turns with it.
+inline void ContactStep::solve(Pack length) {
+  constexpr double kTolerance = 1e-5;  // of what gravity adds in a step: of the contact problem
+  constexpr int kMostSweeps = 100;
+  const Pack zero = broadcast(0.0);
+  end_ = start_;
+  const Quaternion predicted = normalized(rotation_exp(length * start_.spin) * start_.orientation);
+  const Rotation r = rotation(predicted);
+  const ContactBodies problem{broadcast(1.0 / body_.mass), inverse_inertia(body_, r), body_.friction,
+                              body_.rolling_friction_m, body_.spin_friction_m};
+  end_.velocity = start_.velocity + length * gravity_;
+  if (!body_.isotropic) {  // the angular momentum stays, the inertia turns
+    const Pack3 spin = turned_.inverse(start_.spin);
+    end_.spin = problem.inverse_inertia.apply(
+        turned_.apply({body_.inertia[0] * spin.x, body_.inertia[1] * spin.y, body_.inertia[2] * spin.z}));
+  }
+  const Bearing touching = bearing_;
+  if (any(settling_)) add_settling_points(length);
+  slots_ = make_slots(body_, points_, bearing_, r, slot_);
+  const Pack3 up = turned_.up();
+  const Pack z = start_.position.z - body_.rounding;
+  torque_ = broadcast(0.0, 0.0, 0.0);
+  for (int l = 0; l < count_; ++l) {
+    const Sim& s = *sims_[l];
+    if (s.bearing > 0)
+      set(torque_.x, l, s.torque[0]), set(torque_.y, l, s.torque[1]), set(torque_.z, l, s.torque[2]);
+  }
+  torque_ = length * torque_;
+  for (int i = 0; i < slots_; ++i) {
+    ContactSlot& p = slot_[i];
+    for (int l = 0; l < count_; ++l) {
+      if (i >= touching.count[l]) continue;
+      const Sim& s = *sims_[l];
+      for (int k = 0; k < s.bearing; ++k) {
+        if (s.point[k] != bearing_.point[i][l]) continue;
+        set(p.impulse.x, l, s.force[k][0]), set(p.impulse.y, l, s.force[k][1]),
+            set(p.impulse.z, l, s.force[k][2]);
+      }
+    }
+    p.impulse = length * p.impulse;
+    const Mask above = p.valid & negated(bearing_.touches(i));
+    if (any(above)) {
+      const Pack h = z + dot(up, points_.at(bearing_.point[i]));
+      p.target = select(above, -h / length, p.target);
+    }
+  }
+  solve_contacts(problem, slot_, slots_, active_, broadcast(kTolerance * settings_.step_speed), kMostSweeps,
+                 end_.velocity, end_.spin, torque_);
+  normal_impulse_ = slip_speed_ = loaded_ = zero;
+  helds_ = 0;
+  for (int i = 0; i < slots_; ++i) {
+    const ContactSlot& p = slot_[i];
+    const Pack3 v = end_.velocity + cross(end_.spin, p.arm);
+    const Mask pushes = p.valid & (p.impulse.z > zero);
+    normal_impulse_ = normal_impulse_ + select(pushes, p.impulse.z, zero);
+    slip_speed_ = select(pushes, greatest(slip_speed_, root(v.x * v.x + v.y * v.y)), slip_speed_);
+    loaded_ = loaded_ + select(pushes, broadcast(1.0), zero);
+    loads_[i] = pushes;
+    held_[helds_] =
+        p.valid & bearing_.touches(i) & (pushes | (v.z <= broadcast(1e-5 * settings_.step_speed)));
+    for (int l = 0; l < kWidth; ++l) held_point_[helds_][l] = bearing_.point[i][l];
+    ++helds_;
+  }
+}
+
+// The motion a share of the step after its start. Positions advance by the mean velocity, exact for constant
+// forces; what settles stops exactly on the ground only if it moves by the velocity that the constraint
+// bounds.
+inline Motion ContactStep::part_way(Pack share) const {
+  const Pack length = share * whole_;
+  const Pack3 dv = share * (end_.velocity - start_.velocity), dw = share * (end_.spin - start_.spin);
+  const Pack weight = select(settling_, broadcast(1.0), broadcast(0.5));
+  Motion m;
+  m.velocity = start_.velocity + dv;
+  m.spin = start_.spin + dw;
+  m.position = start_.position + length * (start_.velocity + weight * dv);
+  m.orientation = normalized(rotation_exp(length * (start_.spin + weight * dw)) * start_.orientation);
+  return m;
+}
+
+// Height of the lowest point that did not touch at the start.
+inline Pack ContactStep::lowest_newcomer(const Motion& m, const Rotation& r, int* point_of_lane) const {
+  const Pack3 up0 = turned_.up(), up = r.up();
+  const Pack z0 = start_.position.z - body_.rounding, z = m.position.z - body_.rounding;
+  Pack lowest = broadcast(1e100), which = broadcast(0.0);
+  for (int k = 0; k < points_.count(); ++k) {
+    const Pack3 p = points_.at(k);
+    const Pack h = z + dot(up, p);
+    const Mask lower = (z0 + dot(up0, p) > touch_) & (h < lowest);
+    lowest = select(lower, h, lowest);
+    which = select(lower, broadcast(k), which);
+  }
+  for (int l = 0; l < kWidth; ++l) point_of_lane[l] = static_cast<int>(get(which, l));
+  return lowest;
+}
+
+// Where a point lands within the step, ends the step as it touches (regula falsi, Illinois): the part of the
+// step before has the same forces. Returns where that is so.
+inline Mask ContactStep::land(Pack& length, Motion& m, int* newcomer) {
+  constexpr double kSoftLanding = 0.1;  // of the micro speed: a slower landing is no impact
+  constexpr double kLanded = 1e-9;      // of the size; the projection closes the rest
+  Rotation r = rotation(m.orientation);
+  const Pack high_height = lowest_newcomer(m, r, newcomer);
+  const Mask below = active_ & (high_height < broadcast(0.0));
+  if (!any(below)) return none();
+  // A soft one is held by the projection, and from the next step on it is a touching point.
+  const Pack speed = -normal_velocity(m, r.apply(points_.at(newcomer)));
+  const Mask hard = below & negated(settling_) & (speed >= broadcast(kSoftLanding * settings_.micro_speed));
+  if (!any(hard)) return none();
+  const Pack one = broadcast(1.0), zero = broadcast(0.0);
+  Pack low = zero, high = one, h_high = high_height, moved = zero, share = one, height = high_height;
+  int ignored[kWidth];
+  Pack h_low = greatest(lowest_newcomer(start_, turned_, ignored), 0.1 * touch_);
+  const Pack landed = broadcast(kLanded * body_.bounding_radius);
+  Mask searching = hard;
+  for (int i = 0; i < 60 && any(searching); ++i) {
+    const Pack next = clamp((low * h_high - high * h_low) / (h_high - h_low), low, high);
+    share = select(searching, next, share);
+    const Motion there = part_way(share);
+    const Rotation turn = rotation(there.orientation);
+    int lowest[kWidth];
+    const Pack h = lowest_newcomer(there, turn, lowest);
+    for (unsigned b = bits(searching); b; b &= b - 1) newcomer[__builtin_ctz(b)] = lowest[__builtin_ctz(b)];
+    height = select(searching, h, height);
+    const Mask under = searching & (h < zero), over = searching & negated(h < zero);
+    h_low = select(under & (moved > zero), 0.5 * h_low, h_low);
+    h_high = select(over & (moved < zero), 0.5 * h_high, h_high);
+    high = select(under, share, high);
+    h_high = select(under, h, h_high);
+    low = select(over, share, low);
+    h_low = select(over, h, h_low);
+    moved = select(under, one, select(over, -one, moved));
+    searching = searching & (magnitude(height) > landed) & (high - low > broadcast(1e-15));
+  }
+  m = select(hard, part_way(share), m);
+  length = select(hard, share * length, length);
+  return hard;
+}
+
+// Moves the pose so that held points are on the ground and none is below: the least change in the metric of a
+// ball as large as the body, by Gauss-Seidel. Undoes the step's second-order drift. (The metric of the mass
+// matrix turns a needle, whose moments may differ by 1e12, wildly about its axis.)
+inline void ContactStep::project(Motion& m, Mask landing, const int* newcomer) {
+  if (any(landing)) {
+    held_[helds_] = landing;
+    for (int l = 0; l < kWidth; ++l) held_point_[helds_][l] = newcomer[l];
+    ++helds_;
+  }
+  // Holding some points may push others below the ground: those are then held too.
+  Mask open = active_;
+  for (int round = 0; round < 4 && any(open); ++round) {
+    hold_on_ground(m, open);
+    const Rotation r = rotation(m.orientation);
+    const Pack3 up = r.up();
+    const Pack z = m.position.z - body_.rounding;
+    Pack lowest = broadcast(0.0);
+    Mask more = none();
+    int joined[kWidth];
+    for (int k = 0; k < points_.count(); ++k) {
+      const Pack h = z + dot(up, points_.at(k));
+      lowest = least(lowest, h);
+      const Mask deep = open & (h < -touch_);
+      if (round == 3 || !any(deep)) continue;
+      for (unsigned b = bits(deep); b; b &= b - 1) {
+        const int l = __builtin_ctz(b);
+        bool held = false;
+        for (int i = 0; i < helds_; ++i)
+          held = held || ((bits(held_[i]) >> l & 1u) && held_point_[i][l] == k);
+        if (held || helds_ >= kMostHeld) continue;
+        for (int j = 0; j < kWidth; ++j) joined[j] = k;
+        Mask just = none();
+        set(just, l, true);
+        held_[helds_] = just;
+        for (int j = 0; j < kWidth; ++j) held_point_[helds_][j] = joined[j];
+        ++helds_;
+        set(more, l, true);
+      }
+    }
+    const Mask done = open & negated(more);
+    m.position.z = select(done, m.position.z - lowest, m.position.z);
+    open = more;
+  }
+}
+
+inline void ContactStep::hold_on_ground(Motion& m, Mask where) const {
+  const Pack zero = broadcast(0.0);
+  const double inverse_size2 = 1.0 / (body_.bounding_radius * body_.bounding_radius);
+  Mask open = where;
+  for (int round = 0; round < 3 && any(open); ++round) {
+    const Rotation r = rotation(m.orientation);
+    const Pack z = m.position.z - body_.rounding;
+    Pack3 lever[kMostHeld], response[kMostHeld];  // arm x up, and the turn for a unit push
+    Pack height[kMostHeld], give[kMostHeld];
+    Pack worst = zero, rise = zero;
+    Pack3 turn = broadcast(0.0, 0.0, 0.0);
+    for (int i = 0; i < helds_; ++i) {
+      const Pack3 p = r.apply(points_.at(held_point_[i]));
+      lever[i] = {p.y, -p.x, zero};
+      response[i] = inverse_size2 * lever[i];
+      height[i] = z + p.z;
+      give[i] = 1.0 / (1.0 + dot(lever[i], response[i]));
+      worst = select(held_[i], greatest(worst, magnitude(height[i])), worst);
+    }
+    Mask sweeping = open;
+    for (int sweep = 0; sweep < 30 && any(sweeping); ++sweep) {
+      Pack change = zero;
+      for (int i = 0; i < helds_; ++i) {
+        const Mask here = sweeping & held_[i];
+        if (!any(here)) continue;
+        const Pack h = height[i] + rise + dot(turn, lever[i]);
+        const Pack push = -h * give[i];
+        rise = select(here, rise + push, rise);
+        turn = select(here, turn + push * response[i], turn);
+        change = select(here, greatest(change, magnitude(h)), change);
+      }
+      sweeping = sweeping & (change > 1e-3 * touch_);
+    }
+    m.position.z = select(open, m.position.z + rise, m.position.z);
+    m.orientation = select(open, normalized(rotation_exp(turn) * m.orientation), m.orientation);
+    open = open & (worst > 0.1 * touch_);
+  }
+}
+
+// Within a step the velocities are those between two poses, so that points that bore load through it move a
+// little off the ground or into it. At a landing these are stopped, the least change in the metric of the
+// mass matrix: else what they lack would count as their part in the impact.
+inline void ContactStep::keep_bearing(Motion& m, Mask where) const {
+  const double inverse_mass = 1.0 / body_.mass;
+  const Rotation r = rotation(m.orientation);
+  const Symmetric w = inverse_inertia(body_, r);
+  Mask open = where;
+  for (int sweep = 0; sweep < 30 && any(open); ++sweep) {
+    Pack change = broadcast(0.0);
+    for (int i = 0; i < slots_; ++i) {
+      const Mask here = open & loads_[i];
+      if (!any(here)) continue;
+      const Pack3 arm = r.apply(points_.at(bearing_.point[i]));
+      const Pack3 lever{arm.y, -arm.x, broadcast(0.0)};
+      const Pack3 response = w.apply(lever);
+      const Pack speed = normal_velocity(m, arm);
+      const Pack push = -speed / (inverse_mass + dot(lever, response));
+      m.velocity.z = select(here, m.velocity.z + inverse_mass * push, m.velocity.z);
+      m.spin = select(here, m.spin + push * response, m.spin);
+      change = select(here, greatest(change, magnitude(speed)), change);
+    }
+    open = open & (change > broadcast(1e-9 * settings_.step_speed));
+  }
+}
+
+// Sustained contact never adds energy: what the step's error added is taken from the velocities.
+inline void ContactStep::limit_energy(Motion& m) const {
+  const Rotation r = rotation(m.orientation);
+  const Pack kinetic = kinetic_energy(body_, m.velocity, r.inverse(m.spin));
+  const Pack allowed = energy(start_, turned_) + body_.mass * dot(gravity_, m.position);
+  const Mask gained = active_ & (kinetic > allowed);
+  if (!any(gained)) return;
+  const Pack scale = root(positive(allowed / kinetic));
+  m.velocity = select(gained, scale * m.velocity, m.velocity);
+  m.spin = select(gained, scale * m.spin, m.spin);
+}
+
+inline void ContactStep::keep_forces(Pack length) {
+  for (int l = 0; l < count_; ++l) {
+    if (!(bits(active_) >> l & 1u)) continue;
+    Sim& s = *sims_[l];
+    const double inverse = 1.0 / get(length, l);
+    s.bearing = bearing_.all[l];
+    s.torque[0] = inverse * get(torque_.x, l), s.torque[1] = inverse * get(torque_.y, l);
+    s.torque[2] = inverse * get(torque_.z, l);
+    for (int i = 0; i < s.bearing; ++i) {
+      s.point[i] = bearing_.point[i][l];
+      s.force[i][0] = inverse * get(slot_[i].impulse.x, l);
+      s.force[i][1] = inverse * get(slot_[i].impulse.y, l);
+      s.force[i][2] = inverse * get(slot_[i].impulse.z, l);
+    }
+  }
+}
+
+inline void ContactStep::run(Stop* stops, lanes::LoadData* loads) {
+  Pack time{}, until{};
+  for (int l = 0; l < kWidth; ++l) {
+    set(time, l, sims_[l < count_ ? l : 0]->time_s);
+    set(until, l, sims_[l < count_ ? l : 0]->until_s);
+    if (l < count_) stops[l] = Stop::none;
+  }
+  active_ = lanes_ & (time < until);
+  bearing_ = touching_points(body_, points_, start_, turned_, active_);
+  for (int l = 0; l < count_; ++l) {
+    if (!(get_bit(active_, l))) {
+      stops[l] = Stop::time_limit;
+    } else if (bearing_.count[l] == 0) {  // nothing holds it any more
+      set(active_, l, false);
+      sims_[l]->stage = Stage::flight;
+      sims_[l]->slow = 0;
+    }
+  }
+  if (!any(active_)) return;
+  settling_ = active_ & (slowness(start_) < broadcast(settings_.rest_speed));
+  whole_ = choose_length(time, until);
+  solve(whole_);
+  const Mask solved = active_;
+  Motion m = part_way(broadcast(1.0));
+  Pack length = whole_;
+  int newcomer[kWidth];
+  const Mask landing = land(length, m, newcomer);
+  keep_forces(whole_);
+  project(m, landing, newcomer);
+  if (any(landing)) keep_bearing(m, landing);
+  limit_energy(m);
+
+  const Rotation r = rotation(m.orientation);
+  Pack approach = broadcast(0.0);
+  if (any(landing)) approach = approach_speed(body_, Points(body_, r.up()), m, r);
+  // What is as slow as that for so long creeps: nothing that balances unstably stays slow for a second.
+  constexpr double kLongestCreep = 20.0;
+  const Pack speed = slowness(m);
+  for (int l = 0; l < count_; ++l) {
+    if (!get_bit(solved, l)) continue;
+    Sim& s = *sims_[l];
+    const double share = get(length, l) / get(whole_, l);
+    if (loads) loads[l] = {s.time_s, get(length, l), share * get(normal_impulse_, l), get(slip_speed_, l)};
+    const double begin_s = s.time_s;
+    s.touching = bearing_.count[l] + (get_bit(landing, l) ? 1 : 0);
+    s.time_s += get(length, l);
+    if (get_bit(landing, l)) {
+      s.slow = s.slow && get(approach, l) < settings_.rest_speed;
+      if (get(approach, l) > 0.0) stops[l] = Stop::impact;
+      continue;
+    }
+    if (get(speed, l) >= settings_.rest_speed || get(loaded_, l) == 0.0) {
+      s.slow = s.still_steps = 0;
+      continue;
+    }
+    if (!s.slow) {
+      s.slow = 1;
+      s.slow_since_s = begin_s;
+    }
+    // On three points, or on one round one, standing still is for good: no need to watch it.
+    const bool stable = get(loaded_, l) >= 3.0 || (body_.vertices == 1 && body_.rings == 0);
+    s.still_steps = stable && get(speed, l) < 1e-3 * settings_.rest_speed ? s.still_steps + 1 : 0;
+    bool rests = s.still_steps >= 3;
+    if (!rests && s.time_s - s.slow_since_s >= settings_.rest_duration_s) {
+      double arm[2 * kMostBearing];
+      for (int i = 0; i < bearing_.count[l]; ++i) {
+        arm[2 * i] = get(slot_[i].arm.x, l);
+        arm[2 * i + 1] = get(slot_[i].arm.y, l);
+      }
+      rests =
+          lanes::supports(arm, bearing_.count[l], 1e-3 * body_.bounding_radius, body_.rolling_friction_m) ||
+          s.time_s - s.slow_since_s >= kLongestCreep * settings_.rest_duration_s;
+    }
+    if (!rests) continue;
+    stops[l] = Stop::rest;
+    s.stage = Stage::rest;
+    set(m.velocity.x, l, 0.0), set(m.velocity.y, l, 0.0), set(m.velocity.z, l, 0.0);
+    set(m.spin.x, l, 0.0), set(m.spin.y, l, 0.0), set(m.spin.z, l, 0.0);
+  }
+  store(select(solved, m, start_), sims_, count_);
+}
+
+}  // namespace ifa::IFA_LANES_NAMESPACE
