@@ -5,7 +5,7 @@ SHELL := /bin/bash
 
 PY := .venv/bin/python
 CMAKE_DIR := build/cmake
-CXX_SOURCES = $(shell find cpp tests/cpp -name '*.cpp' -o -name '*.hpp')
+CXX_SOURCES = $(shell find cpp tests/cpp benchmarks -name '*.cpp' -o -name '*.hpp')
 PY_SOURCES := python addon tests examples benchmarks
 TEST_PARTS := lint test-cpp test-python test-blender
 

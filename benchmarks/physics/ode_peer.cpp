@@ -1,6 +1,8 @@
 // The project's own engine="ode", behind the same interface as the peers, so that its time is that of the
 // engine alone.
-#include <vector>
+#include <algorithm>
+#include <exception>
+#include <utility>
 
 #include "ifa/rigid/engine_ode.hpp"
 #include "peer.hpp"
