@@ -14,16 +14,16 @@ from matplotlib.axes import Axes
 
 from .report import Row
 
-LEAST_MS = 1e-3  # smaller errors are drawn here
+LEAST_MS = 1e-3  # curves with smaller errors are drawn in a band below, each at a height of its own
 # Name in the legend, colour, marker, and where the labels of the coarsest and the finest step stand
 # beside their points: offsets in points and alignment.
 STYLES = {
     "event": ("event engine", "#d1495b", "o", ((0, 8, "center"), (0, 8, "center"))),
-    "ode": ("ODE", "#22313f", "s", ((-5, 4, "right"), (4, -7, "left"))),
+    "ode": ("ODE", "#22313f", "s", ((-5, 4, "right"), (5, -3, "left"))),
     "ode_flight": (
-        "ODE, flight in closed form", "#8a8f98", "D", ((-5, -4, "right"), (1, -10, "right")),
+        "ODE, flight in closed form", "#8a8f98", "D", ((-5, -4, "right"), (0, -17, "center")),
     ),
-    "bullet": ("Bullet", "#2a7f9e", "^", ((0, 15, "left"), (5, 5, "left"))),
+    "bullet": ("Bullet", "#2a7f9e", "^", ((0, 15, "left"), (4, -7, "left"))),
     "mujoco": (
         "MuJoCo (restitution approximate)", "#edae49", "v", ((2, 8, "center"), (5, 4, "left")),
     ),
@@ -54,7 +54,7 @@ def work_precision(rows: Sequence[Row], path: Path) -> None:
         axes[-1][j].set_xlabel("CPU time of a simulation, ms", fontsize=9)
     left, right = axes[0][0].get_xlim()
     axes[0][0].set_xlim(0.6 * left, 1.7 * right)  # room for the labels
-    axes[0][0].set_ylim(bottom=0.5 * LEAST_MS)
+    axes[0][0].set_ylim(bottom=0.012 * LEAST_MS)
 
     handles = []
     for name in dict.fromkeys(str(row["engine"]) for row in rows):
@@ -67,8 +67,8 @@ def work_precision(rows: Sequence[Row], path: Path) -> None:
     )  # fmt: skip
     figure.text(
         0.5, 0.1 / height_in, "A point for each step, the coarsest and the finest labelled, in s."
-        f" Errors below {1e3 * LEAST_MS:g} microsecond are drawn there.", ha="center",
-        fontsize=8, color=_INK,
+        f" Errors below {1e3 * LEAST_MS:g} microsecond are in the grey band, their size not shown.",
+        ha="center", fontsize=8, color=_INK,
     )  # fmt: skip
     figure.tight_layout(rect=(0.0, 0.3 / height_in, 1.0, 1.0 - 0.35 / height_in))
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -83,6 +83,8 @@ def _panel(axes: Axes, rows: Sequence[Row], key: str) -> None:
     axes.tick_params(labelsize=8)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
+    axes.axhspan(0.0, LEAST_MS, color="#eef1f4", zorder=0)
+    band_ms = iter(LEAST_MS * np.array([0.1, 0.3, 0.04, 0.6, 0.02]))
     for name in dict.fromkeys(str(row["engine"]) for row in rows):
         own = sorted(
             (row for row in rows if row["engine"] == name), key=lambda r: float(r["steps_per_s"])
@@ -91,8 +93,13 @@ def _panel(axes: Axes, rows: Sequence[Row], key: str) -> None:
         y = np.array([float(row[key]) for row in own])  # type: ignore[arg-type]
         shown = np.isfinite(y)
         shown[-1] &= not key.startswith("own_")  # the finest step against itself
-        y = np.maximum(y, LEAST_MS)
+        if not shown.any():
+            continue
         _, colour, marker, places = STYLES[name]
+        if (y[shown] < LEAST_MS).any():
+            height_ms = next(band_ms)
+            y = np.where(y < LEAST_MS, height_ms, y)
+            places = ((0, -8 if height_ms < 0.2 * LEAST_MS else 8, "center"),) * 2
         axes.plot(x[shown], y[shown], color=colour, marker=marker, ms=4, lw=1.3)
         for k, place in zip(np.flatnonzero(shown)[[0, -1]], places, strict=True):
             axes.annotate(
