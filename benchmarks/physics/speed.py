@@ -84,7 +84,7 @@ def run(options: argparse.Namespace, header: list[str]) -> bool:
             verdict, per_s = verdicts[s], 1.0 / float(np.median(times_s[s]))
             label = s or "only one"
             ratio = per_s / ode_per_s
-            bar = BARS.get(s or "scalar")
+            bar = BARS.get(s) if s else None
             reached = bar is None or not ratio < bar  # nan, without ODE: no judgement
             cleared = cleared and verdict.passed and reached
             against = "" if bar is None else f" (bar {bar:g}: {'' if reached else 'not '}reached)"
