@@ -1,11 +1,11 @@
 # Everything a contributor or CI runs. `make` lists it.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help deps build demo test lint test-cpp test-python test-blender hard-cases bench sanitize format clean
+.PHONY: help deps build demo test lint test-cpp test-python test-blender hard-cases bench bench-physics sanitize format clean
 
 PY := .venv/bin/python
 CMAKE_DIR := build/cmake
-CXX_SOURCES = $(shell find cpp tests/cpp -name '*.cpp' -o -name '*.hpp')
+CXX_SOURCES = $(shell find cpp tests/cpp benchmarks -name '*.cpp' -o -name '*.hpp')
 PY_SOURCES := python addon tests examples benchmarks
 TEST_PARTS := lint test-cpp test-python test-blender
 
@@ -66,6 +66,15 @@ hard-cases: build  ## run the hard cases in full, about an hour, and print what 
 
 bench: build  ## solve the recordings and tosses in ../shared and print the table
 	@$(PY) benchmarks/solve.py
+
+# A tree of its own: the peers are no part of the project, and Bullet is needed by nothing else.
+BENCH_DIR := build/bench
+bench-physics: build  ## compare the engines with Bullet and MuJoCo (ARGS="--quick" for a short run)
+	@scripts/install.sh build bench
+	@cmake -S . -B $(BENCH_DIR) -G Ninja -DCMAKE_BUILD_TYPE=Release -DIFA_BUILD_PYTHON=OFF \
+	  -DIFA_BUILD_BENCHMARKS=ON -DIFA_WARNINGS_AS_ERRORS=ON >/dev/null
+	@cmake --build $(BENCH_DIR) --target physics_peers
+	@$(PY) -m benchmarks.physics $(ARGS)
 
 # Without NDEBUG, so that Eigen checks its indices too. setarch -R: ThreadSanitizer cannot place its
 # shadow memory where the kernel randomises addresses widely.

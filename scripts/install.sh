@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Installs what is missing for the named parts: scripts/install.sh [build] [blender]
+# Installs what is missing for the named parts: scripts/install.sh [build] [blender] [bench]
 #   build    Debian packages of the compiler and libraries, and .venv with the Python packages
 #   blender  Debian's Blender and a virtual display, for the tests of the add-on
+#   bench    Bullet and MuJoCo, for benchmarks/physics; after or together with build
 # Asks nothing of the network when nothing is missing. PYTHON=... chooses the interpreter.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -9,6 +10,7 @@ cd "$(dirname "$0")/.."
 build_packages=(g++ cmake ninja-build libode-dev libeigen3-dev libnanoflann-dev libsndfile1-dev
                 libqhull-dev libgtest-dev)
 blender_packages=(blender python3-numpy xvfb xauth)
+bench_packages=(libbullet-dev pkg-config)
 venv=.venv
 
 say() { printf 'install: %s\n' "$*" >&2; }
@@ -73,7 +75,8 @@ for part in "$@"; do
         packages+=(python3 python3-venv python3-dev)
       fi ;;
     blender) packages+=("${blender_packages[@]}") ;;
-    *) say "unknown part '$part': build or blender"; exit 2 ;;
+    bench) packages+=("${bench_packages[@]}") ;;
+    *) say "unknown part '$part': build, blender or bench"; exit 2 ;;
   esac
 done
 
@@ -84,25 +87,38 @@ else
   say "no dpkg here: assuming that the equivalents of these Debian packages are installed: ${packages[*]}"
 fi
 
-case " $* " in *" build "*) ;; *) exit 0 ;; esac
+# Whether the environment runs and its stamp $1 is newer than the list of its packages. What depends on the
+# environment depends on a stamp, which changes only when the environment does.
+current() { [ -e "$1" ] && [ ! pyproject.toml -nt "$1" ] && "$venv/bin/python" -c '' 2>/dev/null; }
 
-# The stamp is what the Makefile's build depends on; it changes only when the environment does.
-stamp=$venv/installed
-if [ -e "$stamp" ] && [ ! pyproject.toml -nt "$stamp" ] && "$venv/bin/python" -c '' 2>/dev/null; then exit 0; fi
+pip_install() { "$venv/bin/python" -m pip --disable-pip-version-check install -q "$@"; }
 
-if ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
-  if ! python=$(find_python); then
-    say "no usable Python: needs 3.11 or newer with the venv module and headers (looked at ${PYTHON:-python3.11, /usr/bin/python3})"
-    exit 1
-  fi
-  say "making $venv with $("$python" --version) ($python)"
-  "$python" -m venv --clear "$venv"
-fi
-say "installing Python packages into $venv"
-pip=("$venv/bin/python" -m pip --disable-pip-version-check install -q)
-"${pip[@]}" "scikit-build-core>=0.11" "pybind11>=2.13"
 # Only a link to python/ifa: the Makefile builds the C++ module there, once, with the C++ tests.
 # (The long option: Debian 12's pip does not know -C.)
-"${pip[@]}" --no-build-isolation --editable '.[dev]' \
-  --config-settings wheel.cmake=false --config-settings editable.mode=inplace
-touch "$stamp"
+install_extra() {
+  say "installing Python packages ($1) into $venv"
+  pip_install --no-build-isolation --editable ".[$1]" \
+    --config-settings wheel.cmake=false --config-settings editable.mode=inplace
+}
+
+for part in "$@"; do
+  case "$part" in
+    build)
+      current "$venv/installed" && continue
+      if ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
+        if ! python=$(find_python); then
+          say "no usable Python: needs 3.11 or newer with the venv module and headers (looked at ${PYTHON:-python3.11, /usr/bin/python3})"
+          exit 1
+        fi
+        say "making $venv with $("$python" --version) ($python)"
+        "$python" -m venv --clear "$venv"
+      fi
+      pip_install "scikit-build-core>=0.11" "pybind11>=2.13"
+      install_extra dev
+      touch "$venv/installed" ;;
+    bench)
+      current "$venv/installed_bench" && continue
+      install_extra bench
+      touch "$venv/installed_bench" ;;
+  esac
+done
