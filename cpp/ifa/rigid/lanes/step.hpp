@@ -69,13 +69,16 @@ class ContactStep {
   Pack normal_impulse_, slip_speed_, loaded_;
 };
 
-// Most steps are `step_s`. Flat on three points or more and without tumbling, a slide's forces are constant,
-// so that a step may be sixteen times as long, and ends where the slide does.
+// A step turns the body by 0.02 rad, but lasts no less than `step_s` and no more than four times that; none
+// turns it by more than 0.05 rad. Flat on three points or more and without tumbling, a slide's forces are
+// constant, so that a step may be sixteen times as long, and ends where the slide does.
 inline Pack ContactStep::choose_length(Pack time_s, Pack until_s) {
-  constexpr double kLargestTurn = 0.05;  // rad in one step
-  constexpr double kFlatSteps = 16.0, kShortestStop = 0.25;
+  constexpr double kTurn = 0.02, kLargestTurn = 0.05;
+  constexpr double kSteps = 4.0, kFlatSteps = 16.0, kShortestStop = 0.25;
   const Pack step = broadcast(settings_.step_s), zero = broadcast(0.0);
-  Pack length = step;
+  const Pack spin = norm(start_.spin);
+  Pack length =
+      select(spin * (kSteps * step) > broadcast(kTurn), greatest(kTurn / spin, step), kSteps * step);
   if (body_.friction > 0.0 && settings_.gravity[2] < 0.0) {
     Mask flat = none();
     for (int l = 0; l < kWidth; ++l) set(flat, l, bearing_.count[l] >= 3);
@@ -88,7 +91,6 @@ inline Pack ContactStep::choose_length(Pack time_s, Pack until_s) {
     length = select(flat, clamp(stop, kShortestStop * step, kFlatSteps * step), length);
   }
   length = least(length, until_s - time_s);
-  const Pack spin = norm(start_.spin);
   return select(length * spin > broadcast(kLargestTurn),
                 kLargestTurn / select(spin > zero, spin, broadcast(1.0)), length);
 }
@@ -131,7 +133,7 @@ inline void ContactStep::add_settling_points(Pack length) {
 // predicted pose, so that a pivot's centripetal force turns with it.
 inline void ContactStep::solve(Pack length) {
   constexpr double kTolerance = 1e-4;  // of what gravity adds in a step: of the contact problem
-  constexpr int kMostSweeps = 100;
+  constexpr int kMostSweeps = 60;
   const Pack zero = broadcast(0.0);
   end_ = start_;
   const Quaternion predicted = normalized(rotation_exp(length * start_.spin) * start_.orientation);
@@ -345,6 +347,8 @@ inline void ContactStep::hold_on_ground(Motion& m, Mask where) const {
       give[i] = 1.0 / (1.0 + dot(lever[i], response[i]));
       worst = select(held_[i], greatest(worst, magnitude(height[i])), worst);
     }
+    open = open & (worst > 0.1 * touch_);
+    if (!any(open)) return;
     Mask sweeping = open;
     for (int sweep = 0; sweep < 30 && any(sweeping); ++sweep) {
       Pack change = zero;
@@ -357,11 +361,10 @@ inline void ContactStep::hold_on_ground(Motion& m, Mask where) const {
         turn = select(here, turn + push * response[i], turn);
         change = select(here, greatest(change, magnitude(h)), change);
       }
-      sweeping = sweeping & (change > 1e-3 * touch_);
+      sweeping = sweeping & (change > 0.05 * touch_);
     }
     m.position.z = select(open, m.position.z + rise, m.position.z);
     m.orientation = select(open, normalized(rotation_exp(turn) * m.orientation), m.orientation);
-    open = open & (worst > 0.1 * touch_);
   }
 }
 
