@@ -320,9 +320,7 @@ inline void solve_contacts(const ContactBodies& body, ContactSlot* slot, int n, 
   // there.
   Pack previous_change = broadcast(1e300), stalled = zero;
   Mask active = where & (points > zero);
-  const Pack stall =
-      greatest(select(points >= broadcast(4.0), broadcast(kStalledPlane), broadcast(kStalled)) * speed,
-               10.0 * tolerance);
+  const Pack stall = select(points >= broadcast(4.0), broadcast(kStalledPlane), broadcast(kStalled)) * speed;
   constexpr int kAccelerateEvery = 4, kLastAcceleration = 40;  // sweeps; then plain ones, lest it cycles
   for (int sweep = 0; sweep < most_sweeps && any(active); ++sweep) {
     Pack change = zero;

@@ -80,16 +80,17 @@ inline Pack ContactStep::choose_length(Pack time_s, Pack until_s) {
   Pack length =
       select(spin * (kSteps * step) > broadcast(kTurn), greatest(kTurn / spin, step), kSteps * step);
   if (body_.friction > 0.0 && settings_.gravity[2] < 0.0) {
+    const Pack still = broadcast(0.1 * (settings_.rest_speed + settings_.step_speed));
     Mask flat = none();
     for (int l = 0; l < kWidth; ++l) set(flat, l, bearing_.count[l] >= 3);
     const Pack tumbling = root(start_.spin.x * start_.spin.x + start_.spin.y * start_.spin.y);
-    flat = flat & (body_.bounding_radius * tumbling <= broadcast(0.1 * settings_.rest_speed)) &
-           (magnitude(start_.velocity.z) <= broadcast(0.1 * settings_.rest_speed));
+    flat = flat & (body_.bounding_radius * tumbling <= still) & (magnitude(start_.velocity.z) <= still);
     const Pack slide = root(start_.velocity.x * start_.velocity.x + start_.velocity.y * start_.velocity.y) +
                        body_.bounding_radius * magnitude(start_.spin.z);
     const Pack stop = slide * (1.0 / (-settings_.gravity[2] * body_.friction));
     length = select(flat, clamp(stop, kShortestStop * step, kFlatSteps * step), length);
   }
+  length = select(settling_, step, length);
   length = least(length, until_s - time_s);
   return select(length * spin > broadcast(kLargestTurn),
                 kLargestTurn / select(spin > zero, spin, broadcast(1.0)), length);
