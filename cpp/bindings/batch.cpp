@@ -88,7 +88,7 @@ void to_body_axes(std::span<const Body* const> bodies, const BatchOutputs& out) 
 void run_batch(const std::vector<std::shared_ptr<Body>>& given, const Array& position_m,
                const Array& quaternion_wxyz, const Array& velocity_m_s, const Array& angular_velocity_rad_s,
                double step_s, double until_s, const Array& gravity_m_s2, std::size_t hits, int threads,
-               const py::dict& out, const std::shared_ptr<Progress>& progress) {
+               const std::string& instruction_set, const py::dict& out, const std::shared_ptr<Progress>& progress) {
   std::vector<State> states = to_states(position_m, quaternion_wxyz, velocity_m_s, angular_velocity_rad_s);
   if (given.size() != 1 && given.size() != states.size())
     throw ArgumentError("body: needs one, or one for each state");
@@ -100,6 +100,7 @@ void run_batch(const std::vector<std::shared_ptr<Body>>& given, const Array& pos
   options.simulation.gravity_m_s2 = to_vec3(gravity_m_s2, "gravity_m_s2");
   options.until_s = until_s;
   options.threads = threads;
+  options.instruction_set = instruction_set;
   run_interruptible<bool>(progress, [&](Progress* p) {
     for (std::size_t i = 0; i < states.size(); ++i)
       states[i] = to_principal(*bodies[bodies.size() == 1 ? 0 : i], states[i]);
@@ -121,9 +122,10 @@ void run_batch(const std::vector<std::shared_ptr<Body>>& given, const Array& pos
 void bind_batch(py::module_& m) {
   m.def("simulate_batch", &run_batch, py::arg("bodies"), py::arg("position_m"), py::arg("quaternion_wxyz"),
         py::arg("velocity_m_s"), py::arg("angular_velocity_rad_s"), py::kw_only(), py::arg("step_s"),
-        py::arg("until_s"), py::arg("gravity_m_s2"), py::arg("hits"), py::arg("threads"), py::arg("out"),
+        py::arg("until_s"), py::arg("gravity_m_s2"), py::arg("hits"), py::arg("threads"), py::arg("instruction_set"), py::arg("out"),
         py::arg("progress"),
         "Into the arrays of `out`, named and shaped as those of ifa.Batch, which Python checks.");
+  m.def("instruction_sets", &instruction_sets, "The names of those that run here, the narrowest first.");
 }
 
 }  // namespace ifa::bindings

@@ -24,7 +24,7 @@ from ifa._core import (
     Progress,
     __version__,
 )
-from ifa.batch import Batch, SampleStatus, sample_states, simulate_batch
+from ifa.batch import Batch, SampleStatus, instruction_sets, sample_states, simulate_batch
 from ifa.body import Body, MeshWarning
 from ifa.marks import Signature
 from ifa.simulation import Hits, Run, State, fly, simulate
@@ -53,6 +53,7 @@ __all__ = [
     "__version__",
     "bodies",
     "fly",
+    "instruction_sets",
     "sample_states",
     "simulate",
     "simulate_batch",

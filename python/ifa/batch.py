@@ -137,6 +137,11 @@ def sample_states(
     )
 
 
+def instruction_sets() -> tuple[str, ...]:
+    """The instruction sets for which batches are compiled and that run here, the widest last."""
+    return tuple(_core.instruction_sets())
+
+
 def simulate_batch(
     body: Body | Sequence[Body],
     states: State,
@@ -146,6 +151,7 @@ def simulate_batch(
     gravity_m_s2: ArrayLike = GRAVITY_M_S2,
     hits: int | None = None,
     threads: int | None = None,
+    instruction_set: str | None = None,
     out: Batch | None = None,
     progress: _core.Progress | None = None,
 ) -> Batch:
@@ -153,8 +159,10 @@ def simulate_batch(
 
     body: one, or a sequence of n. states: n rows (0 is fine). step_s, until_s, gravity_m_s2: as in
     `simulate`. hits: how many are kept of each sample (None: 64, or what `out` has room for).
-    threads: 1 or more, None is one for each core. The bytes of a sample depend on its own body and
-    state only: not on the threads, the order, or what else is in the batch.
+    threads: 1 or more, None is one for each core. instruction_set: "scalar", "sse2", "avx2" or
+    "avx512", which simulate 1, 2, 4 or 8 samples of one body side by side; None is the widest that
+    this processor has (`instruction_sets` lists them). The bytes of a sample depend on its own body
+    and state only: not on the threads, the order, the set, or what else is in the batch.
 
     out: a Batch whose arrays are written into and which is then returned, for example of an earlier
     call or of the caller's own memory. They must have the types and shapes of `Batch.allocate(n,
@@ -173,6 +181,11 @@ def simulate_batch(
     limit = time_limit(until_s, gravity)
     workers = arguments.threads(threads)
     room = None if hits is None else arguments.whole(hits, "hits", _MOST_HITS)
+    if instruction_set is not None and instruction_set not in instruction_sets():
+        raise IfaValueError(
+            f"instruction_set: {instruction_set!r} does not run here; there are "
+            f"{', '.join(instruction_sets())}"
+        )
     arguments.check_progress(progress)
     if out is None:
         out = Batch.allocate(len(states), _HITS if room is None else room)
@@ -186,6 +199,7 @@ def simulate_batch(
         gravity_m_s2=gravity,
         hits=out.hit_time_s.shape[1],
         threads=workers,
+        instruction_set=instruction_set or "",
         out=vars(out),
         progress=progress,
     )

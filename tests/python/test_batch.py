@@ -135,6 +135,28 @@ class TestSampleStates:
         with pytest.raises(ifa.IfaValueError, match=f"^{name}:"):
             ifa.sample_states(**({"body": die, "n": 2} | call))
 
+    @pytest.mark.parametrize("name", ["d6", "eraser", "card", "d20", "ball", "coin"])
+    def test_same_bytes_for_every_instruction_set(self, name):
+        body = ifa.bodies.get(name)
+        states = ifa.sample_states(body, 61, seed=4)  # no multiple of any width
+        sets = ifa.instruction_sets()
+        assert sets[0] == "scalar"
+        first, *others = (
+            ifa.simulate_batch(body, states, until_s=3.0, instruction_set=name, threads=1)
+            for name in sets
+        )
+        for other in others:
+            for field, array in vars(first).items():
+                if not field.startswith("hit_") or field == "hit_count":
+                    assert array.tobytes() == vars(other)[field].tobytes(), field
+            for i in range(len(states)):
+                assert first.hits(i).impulse_n_s.tobytes() == other.hits(i).impulse_n_s.tobytes()
+
+    def test_unknown_instruction_set(self, die):
+        states = ifa.sample_states(die, 2)
+        with pytest.raises(ifa.IfaValueError, match="instruction_set: 'sse9' does not run here"):
+            ifa.simulate_batch(die, states, instruction_set="sse9")
+
 
 class TestEachSampleIsASimulation:
     @pytest.mark.parametrize("until_s", [None, 0.15])

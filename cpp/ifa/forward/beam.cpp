@@ -56,8 +56,11 @@ struct Search {
     const double interval = passage.interval_s;
     const double ratio = std::max(interval, target(k)) / std::min(interval, target(k));
     if (ratio > 1.0 + options.largest_retime) return;
-    // Retiming must not carry a hit out of the span that excuses it.
-    if (passage.event.loose_s * target(k) / interval > marks.durations_s[k]) return;
+    // Retiming must not carry a hit out of the span that excuses it, nor part hits that the merge gap holds
+    // together.
+    const double stretch = target(k) / interval;
+    if (passage.event.loose_s * stretch > marks.durations_s[k]) return;
+    if (passage.event.gap_s * stretch >= physics.hearing.merge_gap_s) return;
     Candidate child;
     child.parent = parent_index;
     child.start = k == 0 ? parent_index : parent.start;

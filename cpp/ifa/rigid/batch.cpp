@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <functional>
 #include <numeric>
 #include <string>
+#include <utility>
 
 #include "ifa/base/parallel.hpp"
 #include "ifa/rigid/kernels.hpp"
@@ -13,8 +15,8 @@
 namespace ifa {
 namespace {
 
-constexpr std::size_t kChunk = 512;  // samples a thread takes at once
-constexpr int kInFlight = 96;        // of these, under way at once: enough to fill packs of one kind
+constexpr std::size_t kLeastChunk = 16, kMostChunk = 512;  // samples a thread takes at once
+constexpr int kInFlight = 96;  // of these, under way at once: enough to fill packs of one kind
 
 void put(std::span<double> rows, std::size_t row, const double* values, std::size_t width) {
   if (!rows.empty()) std::copy_n(values, width, rows.begin() + static_cast<std::ptrdiff_t>(row * width));
@@ -45,7 +47,10 @@ class Flock {
     for (int i = kInFlight - 1; i >= 0; --i) idle_.push_back(&members_[i]);
   }
 
-  void run(std::span<const std::size_t> samples, std::span<const State> states, Progress* progress) {
+  // `finished` is called once for each sample.
+  void run(std::span<const std::size_t> samples, std::span<const State> states, Progress* progress,
+           const std::function<void()>& finished) {
+    finished_ = finished;
     std::size_t next = 0;
     for (;;) {
       if (progress) progress->throw_if_cancelled();
@@ -63,7 +68,8 @@ class Flock {
  private:
   struct Member : lanes::Sim {
     std::size_t sample;
-    int hits;
+    int hits;                                             // all of them
+    std::vector<std::pair<double, lanes::HitData>> kept;  // as many as there is room for, with their times
   };
   static constexpr int kFly = 0, kResolve = 1, kStep = 5, kQueues = 9;  // four each, by touching points
   static constexpr int kWidest = 8;
@@ -75,6 +81,7 @@ class Flock {
     m.until_s = options_.until_s;
     m.sample = sample;
     m.hits = 0;
+    m.kept.clear();
     if (lanes::kScalarKernels.separation_speed(body_, m) < 0.0)
       queues_[kResolve].push_back(&m);
     else
@@ -129,15 +136,10 @@ class Flock {
   }
 
   void record(Member& m, const lanes::HitData& hit) {
-    const std::size_t k = static_cast<std::size_t>(m.hits++);
-    if (k >= out_.hits_per_sample) return;
-    const std::size_t row = m.sample * out_.hits_per_sample + k;
-    put(out_.hit_time_s, row, &m.time_s, 1);
-    put(out_.hit_impulse_n_s, row, hit.impulse, 3);
-    put(out_.hit_approach_speed_m_s, row, &hit.approach_speed, 1);
-    put(out_.hit_position_m, row, hit.position, 3);
+    if (static_cast<std::size_t>(m.hits++) < out_.hits_per_sample) m.kept.push_back({m.time_s, hit});
   }
 
+  // A sample is written once it is whole: one that is cancelled leaves its rows as they were.
   void finish(Member& m, SampleStatus status) {
     const std::size_t i = m.sample;
     put(out_.end_time_s, i, status == SampleStatus::rest ? &m.slow_since_s : &m.time_s, 1);
@@ -145,9 +147,18 @@ class Flock {
     put(out_.quaternion_wxyz, i, m.orientation, 4);
     put(out_.velocity_m_s, i, m.velocity, 3);
     put(out_.angular_velocity_rad_s, i, m.spin, 3);
+    for (std::size_t k = 0; k < m.kept.size(); ++k) {
+      const std::size_t row = i * out_.hits_per_sample + k;
+      const auto& [time_s, hit] = m.kept[k];
+      put(out_.hit_time_s, row, &time_s, 1);
+      put(out_.hit_impulse_n_s, row, hit.impulse, 3);
+      put(out_.hit_approach_speed_m_s, row, &hit.approach_speed, 1);
+      put(out_.hit_position_m, row, hit.position, 3);
+    }
     if (!out_.hit_count.empty()) out_.hit_count[i] = m.hits;
     if (!out_.status.empty()) out_.status[i] = status;
     idle_.push_back(&m);
+    finished_();
   }
 
   const lanes::Kernels& kernels_;
@@ -155,6 +166,7 @@ class Flock {
   lanes::Settings settings_;
   const BatchOptions& options_;
   const BatchOutputs& out_;
+  std::function<void()> finished_;
   std::array<Member, kInFlight> members_;
   std::vector<Member*> idle_;
   std::array<std::vector<Member*>, kQueues> queues_;
@@ -179,10 +191,13 @@ void simulate_batch(std::span<const Body* const> bodies, std::span<const State> 
   if (bodies.size() > 1)
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return std::less<>()(body_of(a), body_of(b)); });
+  // Small enough that every thread gets several, large enough to fill packs.
+  const std::size_t chunk = std::clamp(
+      order.size() / (4 * static_cast<std::size_t>(thread_count(options.threads))), kLeastChunk, kMostChunk);
   std::vector<std::span<const std::size_t>> chunks;
   for (std::size_t from = 0; from < order.size();) {
     std::size_t to = from + 1;
-    while (to < order.size() && to - from < kChunk && body_of(order[to]) == body_of(order[from])) ++to;
+    while (to < order.size() && to - from < chunk && body_of(order[to]) == body_of(order[from])) ++to;
     chunks.push_back(std::span(order).subspan(from, to - from));
     from = to;
   }
@@ -190,9 +205,9 @@ void simulate_batch(std::span<const Body* const> bodies, std::span<const State> 
   parallel_for(
       chunks.size(), options.threads,
       [&](std::size_t c) {
-        Flock(*body_of(chunks[c].front()), kernels, options, outputs).run(chunks[c], states, progress);
-        const std::size_t finished = done += chunks[c].size();
-        if (progress) progress->raise_to(static_cast<double>(finished) / static_cast<double>(states.size()));
+        Flock(*body_of(chunks[c].front()), kernels, options, outputs).run(chunks[c], states, progress, [&] {
+          if (progress) progress->raise_to(static_cast<double>(++done) / static_cast<double>(states.size()));
+        });
       },
       progress);
 }

@@ -22,7 +22,11 @@ void EventBuilder::add(const Hit& hit) {
   squares_ += impulse * impulse;
   weight_ += impulse;
   moment_ += impulse * (hit.time_s - event_.time_s);
-  if (hit.time_s - last_hit_s_ >= hearing_.merge_gap_s) event_.loose_s = hit.time_s - event_.time_s;
+  const double gap = hit.time_s - last_hit_s_;
+  if (gap >= hearing_.merge_gap_s)
+    event_.loose_s = hit.time_s - event_.time_s;
+  else
+    event_.gap_s = std::max(event_.gap_s, gap);
   last_hit_s_ = hit.time_s;
   last_s_ = std::max(last_s_, hit.time_s);
   ++event_.hits;

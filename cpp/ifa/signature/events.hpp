@@ -21,6 +21,7 @@ struct Event {
   double amplitude = 0.0;   // sqrt(sum J^2) over its hits, N s; plus the force's time integral while slipping
   double centroid_s = 0.0;  // of the amplitude, from the event's start
   double loose_s = 0.0;     // from the start to the last hit that only the mark's span holds in the event
+  double gap_s = 0.0;       // the longest between hits that the merge gap holds together
   int hits = 0;
 };
 

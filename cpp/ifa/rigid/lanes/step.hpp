@@ -36,6 +36,7 @@ class ContactStep {
   Pack choose_length(Pack time_s, Pack until_s);
   void add_settling_points(Pack length);
   void solve(Pack length);
+  void hold(Mask where, const int* point_of_lane);
   Motion part_way(Pack share) const;
   Pack lowest_newcomer(const Motion& m, const Rotation& r, int* point_of_lane) const;
   Mask land(Pack& length, Motion& m, int* newcomer);
@@ -61,10 +62,9 @@ class ContactStep {
   int slots_ = 0;
   // Points held on the ground by the projection; further ones join there.
   static constexpr int kMostHeld = kSlots + 16;
-  Mask held_[kMostHeld];
   Mask loads_[kSlots];  // of the first ones: bore load in the step
-  int held_point_[kMostHeld][kWidth];
-  int helds_ = 0;
+  int held_point_[kMostHeld][kWidth] = {};
+  int held_count_[kWidth];
   Pack3 torque_;  // angular impulse of rolling and spin friction
   Pack normal_impulse_, slip_speed_, loaded_;
 };
@@ -127,6 +127,13 @@ inline void ContactStep::add_settling_points(Pack length) {
       for (int i = 0; i < found[l]; ++i) bearing_.point[bearing_.count[l] + i][l] = chosen[i];
     }
     bearing_.all[l] = bearing_.count[l] + found[l];
+  }
+}
+
+inline void ContactStep::hold(Mask where, const int* point_of_lane) {
+  for (unsigned b = bits(where); b; b &= b - 1) {
+    const int l = __builtin_ctz(b);
+    held_point_[held_count_[l]++][l] = point_of_lane[l];
   }
 }
 
@@ -194,7 +201,7 @@ inline void ContactStep::solve(Pack length) {
     solve_smooth(problem, slot_, slots_, lost, end_.velocity, end_.spin);
   }
   normal_impulse_ = slip_speed_ = loaded_ = zero;
-  helds_ = 0;
+  for (int l = 0; l < kWidth; ++l) held_count_[l] = 0;
   for (int i = 0; i < slots_; ++i) {
     const ContactSlot& p = slot_[i];
     const Pack3 v = end_.velocity + cross(end_.spin, p.arm);
@@ -203,10 +210,8 @@ inline void ContactStep::solve(Pack length) {
     slip_speed_ = select(pushes, greatest(slip_speed_, root(v.x * v.x + v.y * v.y)), slip_speed_);
     loaded_ = loaded_ + select(pushes, broadcast(1.0), zero);
     loads_[i] = pushes;
-    held_[helds_] =
-        p.valid & bearing_.touches(i) & (pushes | (v.z <= broadcast(1e-5 * settings_.step_speed)));
-    for (int l = 0; l < kWidth; ++l) held_point_[helds_][l] = bearing_.point[i][l];
-    ++helds_;
+    hold(p.valid & bearing_.touches(i) & (pushes | (v.z <= broadcast(1e-5 * settings_.step_speed))),
+         bearing_.point[i]);
   }
 }
 
@@ -288,11 +293,7 @@ inline Mask ContactStep::land(Pack& length, Motion& m, int* newcomer) {
 // ball as large as the body, by Gauss-Seidel. Undoes the step's second-order drift. (The metric of the mass
 // matrix turns a needle, whose moments may differ by 1e12, wildly about its axis.)
 inline void ContactStep::project(Motion& m, Mask landing, const int* newcomer) {
-  if (any(landing)) {
-    held_[helds_] = landing;
-    for (int l = 0; l < kWidth; ++l) held_point_[helds_][l] = newcomer[l];
-    ++helds_;
-  }
+  hold(landing, newcomer);
   // Holding some points may push others below the ground: those are then held too.
   Mask open = active_;
   for (int round = 0; round < 4 && any(open); ++round) {
@@ -302,7 +303,6 @@ inline void ContactStep::project(Motion& m, Mask landing, const int* newcomer) {
     const Pack z = m.position.z - body_.rounding;
     Pack lowest = broadcast(0.0);
     Mask more = none();
-    int joined[kWidth];
     for (int k = 0; k < points_.count(); ++k) {
       const Pack h = z + dot(up, points_.at(k));
       lowest = least(lowest, h);
@@ -310,16 +310,10 @@ inline void ContactStep::project(Motion& m, Mask landing, const int* newcomer) {
       if (round == 3 || !any(deep)) continue;
       for (unsigned b = bits(deep); b; b &= b - 1) {
         const int l = __builtin_ctz(b);
-        bool held = false;
-        for (int i = 0; i < helds_; ++i)
-          held = held || ((bits(held_[i]) >> l & 1u) && held_point_[i][l] == k);
-        if (held || helds_ >= kMostHeld) continue;
-        for (int j = 0; j < kWidth; ++j) joined[j] = k;
-        Mask just = none();
-        set(just, l, true);
-        held_[helds_] = just;
-        for (int j = 0; j < kWidth; ++j) held_point_[helds_][j] = joined[j];
-        ++helds_;
+        bool held = held_count_[l] == kMostHeld;
+        for (int i = 0; i < held_count_[l]; ++i) held = held || held_point_[i][l] == k;
+        if (held) continue;
+        held_point_[held_count_[l]++][l] = k;
         set(more, l, true);
       }
     }
@@ -332,29 +326,38 @@ inline void ContactStep::project(Motion& m, Mask landing, const int* newcomer) {
 inline void ContactStep::hold_on_ground(Motion& m, Mask where) const {
   const Pack zero = broadcast(0.0);
   const double inverse_size2 = 1.0 / (body_.bounding_radius * body_.bounding_radius);
+  int helds = 0;
+  for (int l = 0; l < kWidth; ++l) helds = held_count_[l] > helds ? held_count_[l] : helds;
+  const auto is_held = [&](int i) {
+    Mask lanes = none();
+    for (int l = 0; l < kWidth; ++l) set(lanes, l, i < held_count_[l]);
+    return lanes;
+  };
   Mask open = where;
   for (int round = 0; round < 3 && any(open); ++round) {
     const Rotation r = rotation(m.orientation);
     const Pack z = m.position.z - body_.rounding;
     Pack3 lever[kMostHeld], response[kMostHeld];  // arm x up, and the turn for a unit push
     Pack height[kMostHeld], give[kMostHeld];
+    Mask held[kMostHeld];
     Pack worst = zero, rise = zero;
     Pack3 turn = broadcast(0.0, 0.0, 0.0);
-    for (int i = 0; i < helds_; ++i) {
+    for (int i = 0; i < helds; ++i) {
+      held[i] = is_held(i);
       const Pack3 p = r.apply(points_.at(held_point_[i]));
       lever[i] = {p.y, -p.x, zero};
       response[i] = inverse_size2 * lever[i];
       height[i] = z + p.z;
       give[i] = 1.0 / (1.0 + dot(lever[i], response[i]));
-      worst = select(held_[i], greatest(worst, magnitude(height[i])), worst);
+      worst = select(held[i], greatest(worst, magnitude(height[i])), worst);
     }
     open = open & (worst > 0.1 * touch_);
     if (!any(open)) return;
     Mask sweeping = open;
     for (int sweep = 0; sweep < 30 && any(sweeping); ++sweep) {
       Pack change = zero;
-      for (int i = 0; i < helds_; ++i) {
-        const Mask here = sweeping & held_[i];
+      for (int i = 0; i < helds; ++i) {
+        const Mask here = sweeping & held[i];
         if (!any(here)) continue;
         const Pack h = height[i] + rise + dot(turn, lever[i]);
         const Pack push = -h * give[i];
