@@ -9,6 +9,7 @@ extern "C" {
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -192,6 +193,18 @@ std::vector<Triangle> hull_triangles(const std::vector<Vec3>& points) {
 }
 
 }  // namespace
+
+std::vector<Vec3> ring_points(const std::vector<Ring>& rings, int points_each) {
+  std::vector<Vec3> points;
+  for (const Ring& ring : rings) {
+    const Vec3 u = ring.axis.unitOrthogonal(), v = ring.axis.cross(u);
+    for (int i = 0; i < points_each; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / points_each;
+      points.push_back(ring.centre_m + ring.radius_m * (std::cos(angle) * u + std::sin(angle) * v));
+    }
+  }
+  return points;
+}
 
 Hull convex_hull(const std::vector<Vec3>& points) {
   const auto [centre, scale] = unit_box(points);
