@@ -68,25 +68,6 @@ void check_moments(const Vec3& moments) {
        "which no body can have");
 }
 
-void check_rings(std::vector<Ring>& rings) {
-  if (rings.size() > Body::kMostRings)
-    throw ArgumentError("rings_m: there are " + std::to_string(rings.size()) + " circular edges, at most " +
-                        std::to_string(Body::kMostRings) + " are possible");
-  for (std::size_t i = 0; i < rings.size(); ++i) {
-    const auto need_row = [&](bool condition, const char* message) {
-      if (!condition) throw ArgumentError("rings_m: row " + std::to_string(i) + message);
-    };
-    Ring& ring = rings[i];
-    need_row(ring.centre_m.allFinite() && ring.axis.allFinite() && std::isfinite(ring.radius_m),
-             " has a number that is not finite");
-    need_row(ring.radius_m > 0.0, ": its radius must be above 0");
-    need_row(ring.axis.stableNorm() > 0.0, ": its axis must not be zero");
-    const double length = ring.axis.stableNorm();
-    // one that has been a unit vector keeps its bits
-    if (std::abs(length - 1.0) > 4e-16) ring.axis.stableNormalize();
-  }
-}
-
 // The extreme points of the vertices that are not within the hull of the rings. Those on a ring's disc are
 // known exactly, those between rings from polygons within these; what stays by mistake is inside, harmless.
 std::vector<Vec3> beside_rings(const std::vector<Vec3>& vertices, const std::vector<Ring>& rings) {
@@ -146,7 +127,8 @@ Body Body::make(Definition definition) {
     body.rings_.push_back(ring);
     const double along = ring.axis.dot(ring.centre_m);
     const double across = (ring.centre_m - along * ring.axis).norm() + ring.radius_m;
-    body.bounding_radius_m_ = std::max(body.bounding_radius_m_, std::hypot(along, across) + definition.radius_m);
+    body.bounding_radius_m_ =
+        std::max(body.bounding_radius_m_, std::hypot(along, across) + definition.radius_m);
     body.principal_rings_.push_back(
         {principal_from_body * ring.centre_m, principal_from_body * ring.axis, ring.radius_m});
   }

@@ -33,13 +33,12 @@ class Body {
     Material material;
   };
 
-  static constexpr int kMostRings = 8;
-
-  // The contact shape is the hull of the vertices and the rings, rounded. Vertices are needed only where there
-  // is no ring; those that lie within the hull of the rings are dropped, and so never touch beside it.
-  // Throws ArgumentError naming the field: no or non-finite vertices, rings without axis or radius or too many
-  // of them, negative radius, mass <= 0, an inertia that is not symmetric positive definite or violates the triangle inequality, a degenerate
-  // hull with radius 0 (a ring may have it: a thin disk), restitution outside [0, 1], negative friction.
+  // The contact shape is the hull of the vertices and the rings, rounded. Vertices are needed only where
+  // there is no ring; those that lie within the hull of the rings are dropped, and so never touch beside it.
+  // Throws ArgumentError naming the field: no or non-finite vertices, rings without axis or radius or too
+  // many of them, negative radius, mass <= 0, an inertia that is not symmetric positive definite or violates
+  // the triangle inequality, a degenerate hull with radius 0 (a ring may have it: a thin disk), restitution
+  // outside [0, 1], negative friction.
   static Body make(Definition definition);
 
   const std::string& name() const { return definition_.name; }

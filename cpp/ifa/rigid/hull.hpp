@@ -27,6 +27,12 @@ struct Ring {
   double radius_m = 0.0;
 };
 
+inline constexpr int kMostRings = 8;  // of a body
+
+// Makes the axes unit vectors. Throws ArgumentError naming the row: a number that is not finite, no radius,
+// no axis; or more than kMostRings.
+void check_rings(std::vector<Ring>& rings);
+
 // How far a ring reaches along a unit vector.
 inline double reach_m(const Ring& ring, const Vec3& along) {
   return along.dot(ring.centre_m) + ring.radius_m * (along - along.dot(ring.axis) * ring.axis).norm();
@@ -47,8 +53,8 @@ struct MassProperties {
 MassProperties mass_properties(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
                                double density_kg_m3);
 
-// Of the hull of `vertices` and `rings` rounded by `radius_m`. Without rings in closed form for every shape: a
-// ball (one vertex), a capsule (two), a flat set, a solid. No volume (flat and radius 0) gives zeros. With
+// Of the hull of `vertices` and `rings` rounded by `radius_m`. Without rings in closed form for every shape:
+// a ball (one vertex), a capsule (two), a flat set, a solid. No volume (flat and radius 0) gives zeros. With
 // rings extrapolated from polygons of 256 and 512 corners: a cylinder or a cone is good to 1e-9, any other
 // shape to 1e-6.
 MassProperties rounded_hull_mass_properties(const std::vector<Vec3>& vertices, double radius_m,

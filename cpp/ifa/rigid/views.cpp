@@ -5,7 +5,7 @@
 namespace ifa {
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double));  // an array of Vec3 is one of doubles
-static_assert(Body::kMostRings == lanes::kMostRings);
+static_assert(kMostRings == lanes::kMostRings);
 
 lanes::BodyView view_of(const Body& body) {
   lanes::BodyView view;

@@ -48,7 +48,8 @@ TEST(HardCase16, SteadyPrecession) {
     double turned = 0.0, last = 0.0;
     constexpr int kTurns = 5, kLooks = 32;
     for (int i = 1; i <= kTurns * kLooks; ++i) {
-      ASSERT_EQ(simulation.advance(i * period / kLooks), EventSimulation::Stop::time_limit) << tilt << " " << i;
+      ASSERT_EQ(simulation.advance(i * period / kLooks), EventSimulation::Stop::time_limit)
+          << tilt << " " << i;
       const Vec3 axis = simulation.state().orientation * kUp;
       const double heading = std::atan2(axis.y(), axis.x());
       turned += std::remainder(heading - last, 2.0 * std::numbers::pi);

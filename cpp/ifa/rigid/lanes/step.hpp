@@ -61,7 +61,7 @@ class ContactStep {
   Mask lanes_, active_;
   Motion start_, end_;  // of the whole step
   Rotation turned_;     // at the start
-  Points points_;  // of the start
+  Points points_;       // of the start
   // A circular edge rolls: its points are those of the pose looked at. Except where it lies so flat that its
   // lowest point may be anywhere: there it is the polygon of the start.
   Points rolled_;
@@ -109,12 +109,13 @@ inline Pack ContactStep::choose_length(Pack time_s, Pack until_s) {
 
 // A nearly flat disk turns slowly while its lowest point runs around it.
 inline Pack ContactStep::follow_rings(Pack length) {
-  constexpr double kLongestRun = 0.1, kStillFollowed = 0.4;  // rad in one step
-  constexpr double kFlat = 1e-5;                             // rad
-  constexpr double kShortest = 1.0 / 128.0;                  // of step_s
+  constexpr double kLongestRun = 0.25, kStillFollowed = 0.5;  // rad in one step
+  constexpr double kSag = 3.125e-4;  // of the radius: of the chord that drawing between two steps would cut
+  constexpr double kFlat = 1e-5;     // rad
+  constexpr double kShortest = 1.0 / 128.0;  // of step_s
   const Pack3 up = turned_.up();
   const Pack3 rate = cross(up, turned_.inverse(start_.spin));
-  Pack fastest = broadcast(0.0);
+  Pack fastest = broadcast(0.0), followed = broadcast(1e300);
   for (int k = 0; k < body_.rings; ++k) {
     const Pack3 axis = broadcast(body_.ring[k].axis);
     const Pack z = start_.position.z - body_.rounding;
@@ -124,9 +125,12 @@ inline Pack ContactStep::follow_rings(Pack length) {
     const Mask touches = z + dot(up, lowest) <= touch_, flat = square <= broadcast(kFlat * kFlat);
     rolls_ = rolls_ & negated(touches & flat);
     const Pack run = magnitude(dot(axis, cross(across, rate))) / select(flat, broadcast(1.0), square);
-    fastest = select(touches & negated(flat), greatest(fastest, run), fastest);
+    const Pack longest = root(8.0 * kSag / root(select(flat, broadcast(1.0), square)));
+    const Pack follow = least(broadcast(kLongestRun), longest) / greatest(run, broadcast(1e-300));
+    const Mask runs = touches & negated(flat);
+    followed = select(runs, least(followed, follow), followed);
+    fastest = select(runs, greatest(fastest, run), fastest);
   }
-  const Pack followed = kLongestRun / greatest(fastest, broadcast(1e-300));
   const Pack shortest = least(length, broadcast(kShortest * settings_.step_s));
   length = select(settling_, length, least(length, greatest(followed, shortest)));
   rolls_ = rolls_ & (length * fastest <= broadcast(kStillFollowed));
@@ -230,7 +234,8 @@ inline void ContactStep::solve(Pack length) {
   const Pack zero = broadcast(0.0);
   end_ = start_;
   Pack3 turn = length * start_.spin;
-  if (body_.rings > 0) turn = select(rolls_, length * (start_.spin + (0.5 * length) * last_spin_rate()), turn);
+  if (body_.rings > 0)
+    turn = select(rolls_, length * (start_.spin + (0.5 * length) * last_spin_rate()), turn);
   const Rotation r = rotation(normalized(rotation_exp(turn) * start_.orientation));
   const ContactBodies problem{broadcast(1.0 / body_.mass), inverse_inertia(body_, r), body_.friction,
                               body_.rolling_friction_m, body_.spin_friction_m};
