@@ -66,11 +66,15 @@ inline double mechanical(const Body& body, const State& s) {
   return kinetic(body, s) + body.mass_kg() * kGravity * s.position.z();
 }
 
-// Height of the lowest hull point.
+// Height of the lowest point of the rounded hull.
 inline double lowest(const Body& body, const State& s) {
   const Mat3 r = s.orientation.toRotationMatrix();
   double least = 1e300;
   for (const Vec3& p : body.principal_vertices()) least = std::min(least, (r * p).z());
+  for (const Ring& ring : body.principal_rings()) {
+    const double steep = std::sqrt(std::max(0.0, 1.0 - std::pow((r * ring.axis).z(), 2)));
+    least = std::min(least, (r * ring.centre_m).z() - ring.radius_m * steep);
+  }
   return least + s.position.z() - body.radius_m();
 }
 

@@ -109,7 +109,7 @@ inline Pack ContactStep::choose_length(Pack time_s, Pack until_s) {
 
 // A nearly flat disk turns slowly while its lowest point runs around it.
 inline Pack ContactStep::follow_rings(Pack length) {
-  constexpr double kLongestRun = 0.25, kStillFollowed = 0.5;  // rad in one step
+  constexpr double kLongestRun = 0.2, kStillFollowed = 0.5;  // rad in one step
   constexpr double kSag = 3.125e-4;  // of the radius: of the chord that drawing between two steps would cut
   constexpr double kFlat = 1e-5;     // rad
   constexpr double kShortest = 1.0 / 128.0;  // of step_s
@@ -506,6 +506,8 @@ inline void ContactStep::keep_forces(Pack length) {
   for (int l = 0; l < count_; ++l) {
     if (!(bits(active_) >> l & 1u)) continue;
     Sim& s = *sims_[l];
+    // What corrects the last step's error is a large force in a step that was cut short.
+    if (body_.rings > 0 && s.bearing > 0 && s.time_s + get(length, l) >= s.until_s) continue;
     const double inverse = 1.0 / get(length, l);
     s.bearing = bearing_.all[l];
     s.torque[0] = inverse * get(torque_.x, l), s.torque[1] = inverse * get(torque_.y, l);
