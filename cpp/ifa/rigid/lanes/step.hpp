@@ -104,7 +104,11 @@ inline Pack ContactStep::choose_length(Pack time_s, Pack until_s) {
   const Pack spin = norm(start_.spin);
   length = select(length * spin > broadcast(kLargestTurn),
                   kLargestTurn / select(spin > zero, spin, broadcast(1.0)), length);
-  return body_.rings > 0 ? follow_rings(length) : length;
+  if (body_.rings == 0) return length;
+  length = follow_rings(length);
+  // Not a long step and then the shred that is left: it would undo the long one's error at a blow.
+  const Pack left = until_s - time_s;
+  return select((length < left) & (left < 2.0 * length), 0.5 * left, length);
 }
 
 // A nearly flat disk turns slowly while its lowest point runs around it.
@@ -229,8 +233,9 @@ inline Pack3 ContactStep::moment_of_run(const Rotation& r) const {
 // Velocities at the end of a step with the touching points held above the ground. Forces are evaluated at the
 // predicted pose, so that a pivot's centripetal force turns with it.
 inline void ContactStep::solve(Pack length) {
-  constexpr double kTolerance = 1e-5;  // of what gravity adds in a step: of the contact problem
-  constexpr int kMostSweeps = 100;
+  constexpr double kTolerance = 1e-5,
+                   kRingTolerance = 1e-8;  // of what gravity adds in a step: of the contact problem
+  constexpr int kMostSweeps = 100, kMostRingSweeps = 1000;
   const Pack zero = broadcast(0.0);
   end_ = start_;
   Pack3 turn = length * start_.spin;
@@ -263,15 +268,17 @@ inline void ContactStep::solve(Pack length) {
   const Pack3 free_velocity = end_.velocity;
   const Pack3 free_spin = end_.spin;
   if (body_.rings > 0) end_.spin = free_spin - problem.inverse_inertia.apply(moment_of_run(r));
-  const Pack tolerance = broadcast(kTolerance * settings_.step_speed);
-  solve_contacts(problem, slot_, slots_, active_, tolerance, kMostSweeps, end_.velocity, end_.spin, torque_);
+  // A coin's two edges are so near to each other that the sweeps converge slowly: it would rock.
+  const int most_sweeps = body_.rings > 0 ? kMostRingSweeps : kMostSweeps;
+  const Pack tolerance = broadcast((body_.rings > 0 ? kRingTolerance : kTolerance) * settings_.step_speed);
+  solve_contacts(problem, slot_, slots_, active_, tolerance, most_sweeps, end_.velocity, end_.spin, torque_);
   Mask fresh = none();  // without a last step, whose forces would have told that moment
   for (int l = 0; body_.rings > 0 && l < count_; ++l)
     set(fresh, l, get_bit(active_ & rolls_, l) && sims_[l]->bearing == 0);
   if (any(fresh)) {
     end_.velocity = select(fresh, free_velocity, end_.velocity);
     end_.spin = select(fresh, free_spin - problem.inverse_inertia.apply(moment_of_run(r)), end_.spin);
-    solve_contacts(problem, slot_, slots_, fresh, tolerance, kMostSweeps, end_.velocity, end_.spin, torque_);
+    solve_contacts(problem, slot_, slots_, fresh, tolerance, most_sweeps, end_.velocity, end_.spin, torque_);
   }
   // Contact takes energy. Where moments differ by 1e9 and more, the points' matrices are too near to singular
   // for the sweeps: they may diverge. Then without friction, which has an exact solution.
@@ -421,6 +428,15 @@ inline void ContactStep::project(Motion& m, Mask landing, const int* newcomer) {
     m.position.z = select(done, m.position.z - lowest, m.position.z);
     open = more;
   }
+  if (body_.rings == 0) return;
+  // Where a flat edge was taken for a polygon, its arc is still below.
+  const Pack3 up = rotation(m.orientation).up();
+  const Pack z = m.position.z - body_.rounding;
+  rolled_.place_rings(up);
+  Pack lowest = broadcast(0.0);
+  for (int k = 0; k < body_.rings; ++k)
+    lowest = least(lowest, z + dot(up, rolled_.at(body_.vertices + kRingPoints * k)));
+  m.position.z = select(active_, m.position.z - lowest, m.position.z);
 }
 
 inline void ContactStep::hold_on_ground(Motion& m, Mask where) {
@@ -506,8 +522,6 @@ inline void ContactStep::keep_forces(Pack length) {
   for (int l = 0; l < count_; ++l) {
     if (!(bits(active_) >> l & 1u)) continue;
     Sim& s = *sims_[l];
-    // What corrects the last step's error is a large force in a step that was cut short.
-    if (body_.rings > 0 && s.bearing > 0 && s.time_s + get(length, l) >= s.until_s) continue;
     const double inverse = 1.0 / get(length, l);
     s.bearing = bearing_.all[l];
     s.torque[0] = inverse * get(torque_.x, l), s.torque[1] = inverse * get(torque_.y, l);
