@@ -278,7 +278,11 @@ inline void ContactStep::solve(Pack length) {
   if (any(fresh)) {
     end_.velocity = select(fresh, free_velocity, end_.velocity);
     end_.spin = select(fresh, free_spin - problem.inverse_inertia.apply(moment_of_run(r)), end_.spin);
-    solve_contacts(problem, slot_, slots_, fresh, tolerance, most_sweeps, end_.velocity, end_.spin, torque_);
+    Pack3 torque = torque_, kept[kSlots];  // the solver clears what is of other lanes
+    for (int i = 0; i < slots_; ++i) kept[i] = slot_[i].impulse;
+    solve_contacts(problem, slot_, slots_, fresh, tolerance, most_sweeps, end_.velocity, end_.spin, torque);
+    torque_ = select(fresh, torque, torque_);
+    for (int i = 0; i < slots_; ++i) slot_[i].impulse = select(fresh, slot_[i].impulse, kept[i]);
   }
   // Contact takes energy. Where moments differ by 1e9 and more, the points' matrices are too near to singular
   // for the sweeps: they may diverge. Then without friction, which has an exact solution.
