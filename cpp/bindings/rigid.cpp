@@ -28,12 +28,35 @@ py::tuple from_mass_properties(const MassProperties& m) {
   return py::make_tuple(m.volume_m3, from_vec3(m.centre_of_mass_m), from_mat3(m.inertia_kg_m2));
 }
 
-Body make_body(const std::string& name, const Array& vertices_m, double radius_m, double mass_kg,
-               const Array& centre_of_mass_m, const Array& inertia_kg_m2, double restitution, double friction,
-               double rolling_friction_m, double spin_friction_m) {
+// Rows of centre, axis and radius.
+std::vector<Ring> to_rings(const Array& array) {
+  if (array.ndim() != 2 || array.shape(1) != 7) throw ArgumentError("rings_m: needs shape (n, 7)");
+  std::vector<Ring> rings;
+  for (py::ssize_t i = 0; i < array.shape(0); ++i) {
+    const double* row = array.data(i, 0);
+    rings.push_back({Vec3(row[0], row[1], row[2]), Vec3(row[3], row[4], row[5]), row[6]});
+  }
+  return rings;
+}
+
+Array from_rings(const std::vector<Ring>& rings) {
+  Array array({static_cast<py::ssize_t>(rings.size()), py::ssize_t{7}});
+  double* out = array.mutable_data();
+  for (const Ring& ring : rings) {
+    out = std::copy_n(ring.centre_m.data(), 3, out);
+    out = std::copy_n(ring.axis.data(), 3, out);
+    *out++ = ring.radius_m;
+  }
+  return array;
+}
+
+Body make_body(const std::string& name, const Array& vertices_m, const Array& rings_m, double radius_m,
+               double mass_kg, const Array& centre_of_mass_m, const Array& inertia_kg_m2, double restitution,
+               double friction, double rolling_friction_m, double spin_friction_m) {
   Body::Definition definition;
   definition.name = name;
   definition.vertices_m = to_points(vertices_m, "vertices_m");
+  definition.rings_m = to_rings(rings_m);
   definition.radius_m = radius_m;
   definition.mass_kg = mass_kg;
   definition.centre_of_mass_m = to_vec3(centre_of_mass_m, "centre_of_mass_m");
@@ -45,13 +68,17 @@ Body make_body(const std::string& name, const Array& vertices_m, double radius_m
 
 void bind_body(py::module_& m) {
   py::class_<Body, std::shared_ptr<Body>>(m, "Body", "A rigid body of the core; ifa.Body wraps it.")
-      .def(py::init(&make_body), py::kw_only(), py::arg("name"), py::arg("vertices_m"), py::arg("radius_m"),
-           py::arg("mass_kg"), py::arg("centre_of_mass_m"), py::arg("inertia_kg_m2"), py::arg("restitution"),
-           py::arg("friction"), py::arg("rolling_friction_m"), py::arg("spin_friction_m"))
+      .def(py::init(&make_body), py::kw_only(), py::arg("name"), py::arg("vertices_m"), py::arg("rings_m"),
+           py::arg("radius_m"), py::arg("mass_kg"), py::arg("centre_of_mass_m"), py::arg("inertia_kg_m2"),
+           py::arg("restitution"), py::arg("friction"), py::arg("rolling_friction_m"),
+           py::arg("spin_friction_m"))
       .def_property_readonly("name", &Body::name)
       .def_property_readonly(
           "vertices_m", [](const Body& b) { return from_points(b.vertices()); },
           "(n, 3) extreme points of the hull about the centre of mass, body axes.")
+      .def_property_readonly(
+          "rings_m", [](const Body& b) { return from_rings(b.rings()); },
+          "(n, 7) centre about the centre of mass, unit axis and radius of each circular edge, body axes.")
       .def_property_readonly("radius_m", &Body::radius_m)
       .def_property_readonly("mass_kg", &Body::mass_kg)
       .def_property_readonly("centre_of_mass_m",
@@ -96,18 +123,21 @@ void bind_body(py::module_& m) {
       "Of the solid inside a closed mesh: (volume_m3, centre_of_mass_m (3,), inertia_kg_m2 (3, 3)).");
   m.def(
       "rounded_hull_mass_properties",
-      [](const Array& vertices_m, double radius_m, double density_kg_m3) {
+      [](const Array& vertices_m, double radius_m, double density_kg_m3, const Array& rings_m) {
         const std::vector<Vec3> vertices = to_points(vertices_m, "vertices_m");
+        std::vector<Ring> rings = to_rings(rings_m);
         MassProperties properties;
         {
           py::gil_scoped_release release;
-          properties = rounded_hull_mass_properties(vertices, radius_m, density_kg_m3);
+          check_rings(rings);
+          properties = rounded_hull_mass_properties(vertices, radius_m, density_kg_m3, rings);
         }
         return from_mass_properties(properties);
       },
       py::arg("vertices_m"), py::arg("radius_m"), py::arg("density_kg_m3"),
-      "Of the hull of the vertices rounded by radius_m: (volume_m3, centre_of_mass_m (3,), inertia_kg_m2 (3, "
-      "3)).");
+      py::arg("rings_m") = Array(std::vector<py::ssize_t>{0, 7}),
+      "Of the hull of the vertices and rings rounded by radius_m: (volume_m3, centre_of_mass_m (3,), "
+      "inertia_kg_m2 (3, 3)).");
 }
 
 State to_state(const Array& position_m, const Array& quaternion_wxyz, const Array& velocity_m_s,

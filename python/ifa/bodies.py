@@ -110,12 +110,10 @@ def _box(
 
 
 def _coin(**common: Any) -> Body:
-    diameter, thickness, radius, corners = 25.75e-3, 2.2e-3, 0.2e-3, 64
-    angle = np.arange(corners) * 2.0 * np.pi / corners
-    rim = (0.5 * diameter - radius) * np.column_stack([np.cos(angle), np.sin(angle)])
-    half = 0.5 * thickness - radius
-    vertices = np.concatenate([np.insert(rim, 2, z, axis=1) for z in (half, -half)])
-    return Body.from_vertices(vertices, radius, mass_kg=8.5e-3, **common)
+    diameter, thickness, radius = 25.75e-3, 2.2e-3, 0.2e-3
+    rim, half = 0.5 * diameter - radius, 0.5 * thickness - radius
+    rings = [[0.0, 0.0, z, 0.0, 0.0, 1.0, rim] for z in (half, -half)]
+    return Body.from_vertices([], radius, rings, mass_kg=8.5e-3, **common)
 
 
 _D4_EDGE_M = 20e-3
@@ -130,7 +128,7 @@ _LIBRARY = {
     "ball": _Entry(
         "27 mm, solid", "rubber", lambda **common: Body.ball(13.5e-3, mass_kg=12e-3, **common)
     ),
-    "coin": _Entry("25.75 x 2.2 mm, 64 corners", "metal", _coin),
+    "coin": _Entry("25.75 x 2.2 mm", "metal", _coin),
     "eraser": _Entry("43 x 17 x 11 mm", "vinyl", _box((43e-3, 17e-3, 11e-3), 11e-3, 0.8e-3)),
     "card": _Entry("85.6 x 54 x 0.76 mm", "plastic", _box((85.6e-3, 54e-3, 0.76e-3), 5e-3, 0.1e-3)),
 }
@@ -168,8 +166,8 @@ def get(name: str, surface: str = "desk") -> Body:
 
 
 def describe() -> list[dict[str, Any]]:
-    """One entry for each body: `name`, `size`, `material`, `mass_kg`, `radius_m`, `vertices` (their
-    number) and `surfaces`, which maps each surface to its `restitution` and `friction`.
+    """One entry for each body: `name`, `size`, `material`, `mass_kg`, `radius_m`, `vertices` and
+    `rings` (their numbers) and `surfaces`, which maps each surface to its `restitution` and `friction`.
     """  # noqa: D205
     rows = []
     for name, entry in _LIBRARY.items():
@@ -182,6 +180,7 @@ def describe() -> list[dict[str, Any]]:
                 "mass_kg": body.mass_kg,
                 "radius_m": body.radius_m,
                 "vertices": len(body.vertices_m),
+                "rings": len(body.rings_m),
                 "surfaces": {
                     surface: {"restitution": restitution, "friction": friction}
                     for surface, (restitution, friction) in _MATERIALS[entry.material].items()

@@ -45,8 +45,9 @@ class MeshWarning(UserWarning):
 class Body:
     """An immutable rigid body. Make one with a class method, or take one from `ifa.bodies`.
 
-    The body touches the ground with the convex hull of `vertices_m`, rounded by `radius_m`: one
-    vertex and a radius is a ball, two are a capsule. Its axes are those of the vertices or the mesh
+    The body touches the ground with the convex hull of `vertices_m` and of the circular edges
+    `rings_m`, rounded by `radius_m`: one vertex and a radius is a ball, two are a capsule, two
+    rings on one axis a coin, a cup or a can. Its axes are those of the vertices or the mesh
     it was made from, its origin is the centre of mass. The material: `restitution` (Newton's, 0 to
     1), `friction` (Coulomb's), and the lever arms `rolling_friction_m` and `spin_friction_m`
     (resisting torque over normal force, about axes in and normal to the ground).
@@ -54,11 +55,15 @@ class Body:
     Every method that makes a body raises `IfaValueError` naming the argument that cannot be.
     """
 
-    __slots__ = ("_centre_of_mass_m", "_core", "_notes", "_triangles", "_vertices_m")
+    __slots__ = (
+        "_centre_of_mass_m", "_core", "_notes", "_outline_m", "_rings_m", "_triangles", "_vertices_m",
+    )  # fmt: skip
 
     _centre_of_mass_m: np.ndarray
     _core: Any
     _notes: tuple[str, ...]
+    _outline_m: np.ndarray | None
+    _rings_m: np.ndarray
     _triangles: np.ndarray | None
     _vertices_m: np.ndarray
 
@@ -86,11 +91,13 @@ class Body:
         Args:
             vertices_m: (n, 3); only the extreme points are kept.
             radius_m: rounding radius; above 0 where the points span no volume.
-            rings_m: circular edges; not available in this version, so it must be None.
+            rings_m: (k, 7), at most 8 circular edges: centre x y z, axis x y z (of any length) and
+                radius, rounded by `radius_m` as the vertices are. With one, `vertices_m` may be
+                empty; vertices within the hull of the rings are dropped.
             mass_kg: the mass.
             inertia_kg_m2: about the centre of mass, in the axes of the vertices: a scalar, the
                 diagonal (3,) or the matrix (3, 3). If None, that of the rounded hull at uniform
-                density.
+                density; exact, but for rings: there to 1e-9 for solids of revolution, 1e-6 else.
             centre_of_mass_m: (3,), in the axes of the vertices. If None, their origin where the
                 inertia is given, else that of the rounded hull.
             restitution: 0 to 1.
@@ -99,21 +106,22 @@ class Body:
             spin_friction_m: not negative.
             name: of the body.
         """
-        if rings_m is not None and np.size(rings_m):
-            raise IfaValueError(
-                "rings_m: circular edges are not available in this version; give the rim as points "
-                "among vertices_m"
-            )
-        vertices = array(vertices_m, "vertices_m", (None, 3))
+        rings = _rings(rings_m)
+        vertices = _vertices(vertices_m, rings)
         radius, mass = number(radius_m, "radius_m"), positive(mass_kg, "mass_kg")
         centre = np.zeros(3)
         if inertia_kg_m2 is not None:
             moments = inertia(inertia_kg_m2)
         else:
-            volume, centre, moments = _core.rounded_hull_mass_properties(vertices, radius, 1.0)
+            volume, centre, moments = _core.rounded_hull_mass_properties(
+                vertices, radius, 1.0, rings
+            )
             if volume <= 0.0:
                 raise IfaValueError(
                     "vertices_m: their hull has no volume, which needs a radius_m above 0"
+                    if not len(rings)
+                    else "rings_m: their hull has no volume, which needs a radius_m above 0 or the "
+                    "inertia_kg_m2"
                 )
             moments = moments * (mass / volume)
         if centre_of_mass_m is not None:
@@ -122,6 +130,7 @@ class Body:
             {
                 "name": name,
                 "vertices_m": vertices - centre,
+                "rings_m": rings - np.concatenate([centre, np.zeros(4)]),
                 "radius_m": radius,
                 "mass_kg": mass,
                 "inertia_kg_m2": moments,
@@ -247,8 +256,8 @@ class Body:
     def read(cls, path: str | os.PathLike[str]) -> Body:
         """Read a body file (.json), as `write` makes it.
 
-        Keys: `vertices_m` and `mass_kg`; optional `name`, `radius_m`, `rings_m` (null or empty),
-        `inertia_kg_m2`, `restitution`, `friction`, `rolling_friction_m`, `spin_friction_m` and
+        Keys: `vertices_m` and `mass_kg`; optional `name`, `radius_m`, `rings_m` (rows of centre,
+        axis and radius; null or empty: none), `inertia_kg_m2`, `restitution`, `friction`, `rolling_friction_m`, `spin_friction_m` and
         `mesh_centre_of_mass_m` (where the centre of mass lies in the axes of the mesh).
 
         Raises:
@@ -284,7 +293,7 @@ class Body:
             "name": self.name,
             "vertices_m": self._vertices_m.tolist(),
             "radius_m": self.radius_m,
-            "rings_m": [],
+            "rings_m": self._core.rings_m.tolist(),
             "mass_kg": self.mass_kg,
             "inertia_kg_m2": self._core.inertia_kg_m2.tolist(),
             **{key: getattr(self, key) for key in _MATERIAL},
@@ -300,13 +309,14 @@ class Body:
     def replace(self, **changes: Any) -> Body:
         """A copy with other fields, for example `body.replace(restitution=0.4)`.
 
-        Any of `name`, `vertices_m` (about the centre of mass), `radius_m`, `mass_kg`,
+        Any of `name`, `vertices_m` and `rings_m` (about the centre of mass), `radius_m`, `mass_kg`,
         `inertia_kg_m2`, `restitution`, `friction`, `rolling_friction_m` and `spin_friction_m`. A
         new mass scales the inertia with it unless that is given too.
         """
         fields: dict[str, Any] = {
             "name": self.name,
             "vertices_m": self._vertices_m,
+            "rings_m": self._core.rings_m,
             "inertia_kg_m2": self._core.inertia_kg_m2,
             **{key: getattr(self, key) for key in _NUMBERS},
         }
@@ -317,7 +327,8 @@ class Body:
         elif "mass_kg" in changes:
             ratio = positive(changes["mass_kg"], "mass_kg") / self.mass_kg
             fields["inertia_kg_m2"] = fields["inertia_kg_m2"] * ratio
-        fields["vertices_m"] = array(fields["vertices_m"], "vertices_m", (None, 3))
+        fields["rings_m"] = _rings(fields["rings_m"])
+        fields["vertices_m"] = _vertices(fields["vertices_m"], fields["rings_m"])
         return Body._make(fields, self._centre_of_mass_m, self._notes)
 
     @property
@@ -331,11 +342,27 @@ class Body:
         return self._vertices_m
 
     @property
+    def rings_m(self) -> np.ndarray:
+        """Circular edges (k, 7): centre about the centre of mass, unit axis, radius."""
+        return self._rings_m
+
+    @property
+    def outline_m(self) -> np.ndarray:
+        """Points for drawing (n, 3): `vertices_m`, then 72 points around each circular edge."""
+        if self._outline_m is None:
+            points = [self._vertices_m, *(_circle(ring) for ring in self._rings_m)]
+            self._outline_m = _frozen(np.concatenate(points))
+        return self._outline_m
+
+    @property
     def triangles(self) -> np.ndarray:
-        """The hull for drawing: (m, 3) indices into `vertices_m`, outward; none for a flat hull."""
+        """The hull for drawing: (m, 3) indices into `outline_m`, outward; none for a flat hull.
+
+        Without circular edges `outline_m` is `vertices_m`.
+        """
         if self._triangles is None:
-            hull, triangles, _ = _core.convex_hull(self._vertices_m)
-            row = {tuple(v): k for k, v in enumerate(self._vertices_m.tolist())}
+            hull, triangles, _ = _core.convex_hull(self.outline_m)
+            row = {tuple(v): k for k, v in enumerate(self.outline_m.tolist())}
             index = np.array([row[tuple(v)] for v in hull.tolist()], dtype=np.int64)
             self._triangles = _frozen(index[triangles])
         return self._triangles
@@ -386,8 +413,9 @@ class Body:
         return self._notes
 
     def __repr__(self) -> str:
+        rings = f" {len(self._rings_m)} rings," if len(self._rings_m) else ""
         return (
-            f"<ifa.Body {self.name!r}: {len(self._vertices_m)} vertices, radius {self.radius_m:.3g}"
+            f"<ifa.Body {self.name!r}: {len(self._vertices_m)} vertices,{rings} radius {self.radius_m:.3g}"
             f" m, {self.mass_kg:.3g} kg, restitution {self.restitution:g},"
             f" friction {self.friction:g}>"
         )
@@ -407,8 +435,9 @@ class Body:
         body = object.__new__(cls)
         body._core = _core.Body(centre_of_mass_m=np.zeros(3), **arguments)
         body._vertices_m = _frozen(body._core.vertices_m)
+        body._rings_m = _frozen(body._core.rings_m)
         body._centre_of_mass_m = _frozen(np.array(centre))
-        body._triangles = None
+        body._outline_m = body._triangles = None
         body._notes = tuple(notes)
         return body
 
@@ -458,6 +487,7 @@ class Body:
         fields = {
             "name": name,
             "vertices_m": vertices - centre,
+            "rings_m": np.empty((0, 7)),
             "radius_m": radius,
             "mass_kg": mass,
             "inertia_kg_m2": moments * (mass / volume),
@@ -471,6 +501,27 @@ def _restore(content: Mapping[str, Any], notes: tuple[str, ...]) -> Body:
     body = Body.from_dict(content)
     body._notes = tuple(notes)
     return body
+
+
+def _rings(rings_m: ArrayLike | None) -> np.ndarray:
+    if rings_m is None or not np.size(rings_m):
+        return np.empty((0, 7))
+    return array(rings_m, "rings_m", (None, 7))
+
+
+def _vertices(vertices_m: ArrayLike, rings: np.ndarray) -> np.ndarray:
+    if len(rings) and not np.size(vertices_m):
+        return np.empty((0, 3))
+    return array(vertices_m, "vertices_m", (None, 3))
+
+
+def _circle(ring: np.ndarray, corners: int = 72) -> np.ndarray:
+    centre, axis, radius = ring[:3], ring[3:6], ring[6]
+    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    across /= np.linalg.norm(across)
+    angle = np.arange(corners)[:, None] * (2.0 * np.pi / corners)
+    around = np.cos(angle) * across + np.sin(angle) * np.cross(axis, across)
+    return centre + radius * around
 
 
 def _frozen(values: np.ndarray) -> np.ndarray:

@@ -263,7 +263,7 @@ def _mesh_body(path: str, unit: str | None, density: float | None, mass: float |
         body = ifa.Body.from_mesh(path, unit=unit or "m", density=density, mass_kg=mass)
     for note in body.notes:
         _say(f"{path}: {note}")
-    size_mm = 1e3 * (body.vertices_m.max(axis=0) - body.vertices_m.min(axis=0))
+    size_mm = 1e3 * (body.outline_m.max(axis=0) - body.outline_m.min(axis=0))
     assumed = "" if unit else "no --unit given, taken as m; "
     size = " x ".join(f"{s:.4g}" for s in size_mm)
     _say(f"{path}: {assumed}{size} mm, {1e3 * body.mass_kg:.4g} g")

@@ -302,7 +302,7 @@ def _heights(
     body: Body, positions: NDArray[np.float64], quaternions: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Heights (n,) of the centre and the lowest point, and the direction (2,) of most travel."""
-    down = _rotations(quaternions)[:, 2, :] @ body.vertices_m.T
+    down = _rotations(quaternions)[:, 2, :] @ body.outline_m.T
     lowest = positions[:, 2] + down.min(axis=1) - body.radius_m
     spread = positions[:, :2] - positions[:, :2].mean(axis=0)
     along = np.linalg.svd(spread, full_matrices=False)[2][0]
@@ -317,7 +317,7 @@ def _outline(
     along: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Corners (k, 2) of the rounded hull's silhouette."""
-    points = body.vertices_m @ _rotations(quaternion[None])[0].T + position
+    points = body.outline_m @ _rotations(quaternion[None])[0].T + position
     flat = np.column_stack([points[:, :2] @ along, points[:, 2]])
     angle = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
     disc = body.radius_m * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -372,6 +372,6 @@ def _draw_contact_places(
     poses = solution.motion.sample([event.achieved_s for event in solution.events])
     widths = _mark_widths(solution.marks)
     for position, rotation, width in zip(poses[0], _rotations(poses[1]), widths, strict=True):
-        points = body.vertices_m @ rotation.T + position
+        points = body.outline_m @ rotation.T + position
         x = 1e3 * points[points[:, 2].argmin(), :2] @ along
         axes.plot([x, x], [-0.15 * ground, -0.85 * ground], color=_MARK, lw=width)

@@ -45,6 +45,19 @@ inline Body rod(double length_m, double radius_m, double mass_kg, const Material
   return Body::make(d);
 }
 
+// Two rings, rounded, as a coin: 25.75 x 2.2 mm, its moments those of the cylinder.
+inline Body coin(const Material& material = {}) {
+  constexpr double kRounding = 0.2e-3, kRim = 12.875e-3 - kRounding, kHalf = 1.1e-3 - kRounding;
+  Body::Definition d;
+  d.rings_m = {{{0, 0, kHalf}, kUp, kRim}, {{0, 0, -kHalf}, kUp, kRim}};
+  d.radius_m = kRounding;
+  d.mass_kg = 8.5e-3;
+  const double r2 = 12.875e-3 * 12.875e-3, across = d.mass_kg * (3.0 * r2 + 2.2e-3 * 2.2e-3) / 12.0;
+  d.inertia_kg_m2 = Vec3(across, across, 0.5 * d.mass_kg * r2).asDiagonal();
+  d.material = material;
+  return Body::make(d);
+}
+
 // For conservation laws: no rolling nor spin friction.
 inline Material ideal(double restitution, double friction) { return {restitution, friction, 0.0, 0.0}; }
 
@@ -66,11 +79,15 @@ inline double mechanical(const Body& body, const State& s) {
   return kinetic(body, s) + body.mass_kg() * kGravity * s.position.z();
 }
 
-// Height of the lowest hull point.
+// Height of the lowest point of the rounded hull.
 inline double lowest(const Body& body, const State& s) {
   const Mat3 r = s.orientation.toRotationMatrix();
   double least = 1e300;
   for (const Vec3& p : body.principal_vertices()) least = std::min(least, (r * p).z());
+  for (const Ring& ring : body.principal_rings()) {
+    const double steep = (r * ring.axis).head<2>().norm();
+    least = std::min(least, (r * ring.centre_m).z() - ring.radius_m * steep);
+  }
   return least + s.position.z() - body.radius_m();
 }
 

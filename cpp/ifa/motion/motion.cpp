@@ -138,6 +138,8 @@ double Motion::max_penetration_m(const std::vector<double>& times_s) const {
     const Vec3 up = s.orientation.conjugate() * kUp;
     for (const Vec3& p : body_.vertices())
       deepest = std::max(deepest, body_.radius_m() - s.position.z() - up.dot(p));
+    for (const Ring& ring : body_.rings())
+      deepest = std::max(deepest, body_.radius_m() - s.position.z() + reach_m(ring, -up));
   }
   return deepest;
 }

@@ -68,6 +68,31 @@ void check_moments(const Vec3& moments) {
        "which no body can have");
 }
 
+// The extreme points of the vertices that are not within the hull of the rings. Those on a ring's disc are
+// known exactly, those between rings from polygons within these; what stays by mistake is inside, harmless.
+std::vector<Vec3> beside_rings(const std::vector<Vec3>& vertices, const std::vector<Ring>& rings) {
+  constexpr int kCorners = 180;
+  constexpr double kOnDisc = 1e-9;  // of the ring's radius
+  std::vector<Vec3> points = ring_points(rings, kCorners);
+  const std::size_t first = points.size();
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (!vertices[i].allFinite())
+      throw ArgumentError("vertices_m: point " + std::to_string(i) + " has a coordinate that is not finite");
+    const bool on_disc = std::any_of(rings.begin(), rings.end(), [&](const Ring& ring) {
+      const Vec3 arm = vertices[i] - ring.centre_m;
+      return std::abs(arm.dot(ring.axis)) <= kOnDisc * ring.radius_m &&
+             arm.norm() <= (1.0 + kOnDisc) * ring.radius_m;
+    });
+    if (!on_disc) points.push_back(vertices[i]);
+  }
+  if (points.size() == first) return {};
+  std::vector<Vec3> kept;
+  for (const Vec3& p : convex_hull(points).vertices)
+    if (std::find(points.begin() + static_cast<std::ptrdiff_t>(first), points.end(), p) != points.end())
+      kept.push_back(p);
+  return kept;
+}
+
 }  // namespace
 
 Body Body::make(Definition definition) {
@@ -76,10 +101,15 @@ Body Body::make(Definition definition) {
   const auto [moments, body_from_principal] = principal_axes(definition.inertia_kg_m2);
   check_moments(moments);
 
-  Hull hull = convex_hull(definition.vertices_m);
-  need(!hull.flat || definition.radius_m > 0.0,
-       "vertices_m: their hull has no volume, which needs a radius_m above 0");
-  definition.vertices_m = std::move(hull.vertices);
+  if (definition.rings_m.empty()) {
+    Hull hull = convex_hull(definition.vertices_m);
+    need(!hull.flat || definition.radius_m > 0.0,
+         "vertices_m: their hull has no volume, which needs a radius_m above 0");
+    definition.vertices_m = std::move(hull.vertices);
+  } else {
+    check_rings(definition.rings_m);
+    definition.vertices_m = beside_rings(definition.vertices_m, definition.rings_m);
+  }
 
   Body body;
   body.principal_inertia_ = moments;
@@ -91,6 +121,16 @@ Body Body::make(Definition definition) {
     body.vertices_.push_back(v);
     body.principal_vertices_.push_back(principal_from_body * v);
     body.bounding_radius_m_ = std::max(body.bounding_radius_m_, v.norm() + definition.radius_m);
+  }
+  for (Ring ring : definition.rings_m) {
+    ring.centre_m -= definition.centre_of_mass_m;
+    body.rings_.push_back(ring);
+    const double along = ring.axis.dot(ring.centre_m);
+    const double across = (ring.centre_m - along * ring.axis).norm() + ring.radius_m;
+    body.bounding_radius_m_ =
+        std::max(body.bounding_radius_m_, std::hypot(along, across) + definition.radius_m);
+    body.principal_rings_.push_back(
+        {principal_from_body * ring.centre_m, principal_from_body * ring.axis, ring.radius_m});
   }
   body.definition_ = std::move(definition);
   return body;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ifa/base/linear_algebra.hpp"
+#include "ifa/rigid/hull.hpp"
 
 namespace ifa {
 
@@ -24,6 +25,7 @@ class Body {
   struct Definition {
     std::string name = "body";
     std::vector<Vec3> vertices_m;  // any points whose convex hull is the contact shape
+    std::vector<Ring> rings_m;     // circular edges of that hull, at most kMostRings; any length of axis
     double radius_m = 0.0;         // rounding radius
     double mass_kg = 0.0;
     Vec3 centre_of_mass_m = Vec3::Zero();  // in the axes of vertices_m
@@ -31,9 +33,12 @@ class Body {
     Material material;
   };
 
-  // Throws ArgumentError naming the field: no or non-finite vertices, negative radius, mass <= 0, an
-  // inertia that is not symmetric positive definite or violates the triangle inequality, a degenerate
-  // hull with radius 0, restitution outside [0, 1], negative friction.
+  // The contact shape is the hull of the vertices and the rings, rounded. Vertices are needed only where
+  // there is no ring; those that lie within the hull of the rings are dropped, and so never touch beside it.
+  // Throws ArgumentError naming the field: no or non-finite vertices, rings without axis or radius or too
+  // many of them, negative radius, mass <= 0, an inertia that is not symmetric positive definite or violates
+  // the triangle inequality, a degenerate hull with radius 0 (a ring may have it: a thin disk), restitution
+  // outside [0, 1], negative friction.
   static Body make(Definition definition);
 
   const std::string& name() const { return definition_.name; }
@@ -46,6 +51,9 @@ class Body {
   // Extreme points of the hull relative to the centre of mass, in body axes and in principal axes.
   const std::vector<Vec3>& vertices() const { return vertices_; }
   const std::vector<Vec3>& principal_vertices() const { return principal_vertices_; }
+  // Likewise the circular edges, their axes unit vectors.
+  const std::vector<Ring>& rings() const { return rings_; }
+  const std::vector<Ring>& principal_rings() const { return principal_rings_; }
   const Vec3& principal_inertia() const { return principal_inertia_; }
   // Maps principal axes to body axes. The identity where the given inertia is already diagonal.
   const Quat& body_from_principal() const { return body_from_principal_; }
@@ -55,6 +63,7 @@ class Body {
  private:
   Definition definition_;
   std::vector<Vec3> vertices_, principal_vertices_;
+  std::vector<Ring> rings_, principal_rings_;
   Vec3 principal_inertia_ = Vec3::Ones();
   Quat body_from_principal_ = Quat::Identity();
   double bounding_radius_m_ = 0.0;

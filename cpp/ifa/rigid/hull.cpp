@@ -9,6 +9,7 @@ extern "C" {
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -192,6 +193,37 @@ std::vector<Triangle> hull_triangles(const std::vector<Vec3>& points) {
 }
 
 }  // namespace
+
+void check_rings(std::vector<Ring>& rings) {
+  if (rings.size() > kMostRings)
+    throw ArgumentError("rings_m: there are " + std::to_string(rings.size()) + " circular edges, at most " +
+                        std::to_string(kMostRings) + " are possible");
+  for (std::size_t i = 0; i < rings.size(); ++i) {
+    const auto need_row = [&](bool condition, const char* message) {
+      if (!condition) throw ArgumentError("rings_m: row " + std::to_string(i) + message);
+    };
+    Ring& ring = rings[i];
+    need_row(ring.centre_m.allFinite() && ring.axis.allFinite() && std::isfinite(ring.radius_m),
+             " has a number that is not finite");
+    need_row(ring.radius_m > 0.0, ": its radius must be above 0");
+    need_row(ring.axis.stableNorm() > 0.0, ": its axis must not be zero");
+    const double length = ring.axis.stableNorm();
+    // one that has been a unit vector keeps its bits
+    if (std::abs(length - 1.0) > 4e-16) ring.axis.stableNormalize();
+  }
+}
+
+std::vector<Vec3> ring_points(const std::vector<Ring>& rings, int points_each) {
+  std::vector<Vec3> points;
+  for (const Ring& ring : rings) {
+    const Vec3 u = ring.axis.unitOrthogonal(), v = ring.axis.cross(u);
+    for (int i = 0; i < points_each; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / points_each;
+      points.push_back(ring.centre_m + ring.radius_m * (std::cos(angle) * u + std::sin(angle) * v));
+    }
+  }
+  return points;
+}
 
 Hull convex_hull(const std::vector<Vec3>& points) {
   const auto [centre, scale] = unit_box(points);

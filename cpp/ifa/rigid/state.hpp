@@ -28,11 +28,12 @@ inline State to_body(const Body& body, State s) {
   return s;
 }
 
-// The signed gap between the ground and the lowest point of the hull; principal axes.
+// The signed gap between the ground and the lowest point of the rounded hull; principal axes.
 inline double lowest_gap_m(const Body& body, const State& s) {
   const Vec3 up = s.orientation.conjugate() * kUp;
   double lowest = std::numeric_limits<double>::infinity();
   for (const Vec3& p : body.principal_vertices()) lowest = std::min(lowest, up.dot(p));
+  for (const Ring& ring : body.principal_rings()) lowest = std::min(lowest, -reach_m(ring, -up));
   return s.position.z() + (lowest - body.radius_m());
 }
 

@@ -5,11 +5,20 @@
 namespace ifa {
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double));  // an array of Vec3 is one of doubles
+static_assert(kMostRings == lanes::kMostRings);
 
 lanes::BodyView view_of(const Body& body) {
   lanes::BodyView view;
-  view.vertex = body.principal_vertices().front().data();
+  view.vertex = body.principal_vertices().empty() ? nullptr : body.principal_vertices().front().data();
   view.vertices = static_cast<int>(body.principal_vertices().size());
+  for (const Ring& ring : body.principal_rings()) {
+    lanes::Ring& out = view.ring[view.rings++];
+    const Vec3 side = ring.axis.unitOrthogonal();
+    std::copy_n(ring.centre_m.data(), 3, out.centre);
+    std::copy_n(ring.axis.data(), 3, out.axis);
+    std::copy_n(side.data(), 3, out.side);
+    out.radius = ring.radius_m;
+  }
   view.rounding = body.radius_m();
   view.bounding_radius = body.bounding_radius_m();
   view.mass = body.mass_kg();

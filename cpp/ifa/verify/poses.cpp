@@ -72,9 +72,9 @@ Rest find_rest(const Track& track, double speed_m_s) {
   int j = track.size() - 2;
   for (; j >= 0; --j) {
     double speed = 0.0;
-    for (int k = 0; k < track.points(); ++k)
-      speed = std::max(speed, (track.position(j + 1) + track.arm(k, track.orientation(j + 1)) -
-                               track.position(j) - track.arm(k, track.orientation(j)))
+    for (const Vec3& p : track.fixed_points())
+      speed = std::max(speed, (track.position(j + 1) + track.orientation(j + 1) * p - track.position(j) -
+                               track.orientation(j) * p)
                                   .norm());
     speed = (speed + track.turn(j) * radius) / track.step(j);
     if (speed >= speed_m_s) {

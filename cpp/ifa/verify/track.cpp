@@ -14,6 +14,9 @@ constexpr int kMaxSteps = 64;
 constexpr double kTouch = 5e-6;
 constexpr double kTouchShare = 4e-4;
 
+constexpr int kAround = 8;
+constexpr double kTwoPi = 6.283185307179586;
+
 Vec3 rotation_log(const Quat& q) {
   const double sine = q.vec().norm();
   if (sine < 1e-12) return (q.w() < 0.0 ? -2.0 : 2.0) * q.vec();
@@ -31,14 +34,34 @@ Track::Track(const Poses& poses, const Body& body, double gravity_m_s2)
       inverse_inertia_(body.inertia_kg_m2().inverse()) {
   const int n = size();
   const auto& vertices = body.vertices();
-  Eigen::MatrixXd points(vertices.size(), 3), up(3, n);
-  for (std::size_t k = 0; k < vertices.size(); ++k) points.row(k) = vertices[k];
+  const auto& rings = body.rings();
+  const Eigen::Index n_vertices = static_cast<Eigen::Index>(vertices.size());
+  Eigen::MatrixXd points(n_vertices, 3), up(3, n);
+  for (Eigen::Index k = 0; k < n_vertices; ++k) points.row(k) = vertices[k];
+  fixed_points_ = vertices;
+  for (const Ring& ring : rings) {
+    const Vec3 side = ring.axis.unitOrthogonal();
+    for (int k = 0; k < kAround; ++k)
+      fixed_points_.push_back(ring.centre_m +
+                              ring.radius_m * (Eigen::AngleAxisd(k * kTwoPi / kAround, ring.axis) * side));
+  }
   Eigen::RowVectorXd base(n);
   for (int i = 0; i < n; ++i) {
     up.col(i) = orientation(i).conjugate() * kUp;
     base(i) = position(i).z() - body.radius_m();
   }
-  heights_.noalias() = points * up;
+  heights_.resize(n_vertices + static_cast<Eigen::Index>(rings.size()) * kAround, n);
+  heights_.topRows(n_vertices).noalias() = points * up;
+  for (std::size_t j = 0; j < rings.size(); ++j) {
+    const Ring& ring = rings[j];
+    for (int i = 0; i < n; ++i) {
+      // a rim leans against the ground by the angle between its axis and the vertical
+      const double steepness = ring.axis.cross(Vec3(up.col(i))).norm();
+      for (int k = 0; k < kAround; ++k)
+        heights_(n_vertices + static_cast<Eigen::Index>(j) * kAround + k, i) =
+            ring.centre_m.dot(up.col(i)) - ring.radius_m * steepness * std::cos(k * kTwoPi / kAround);
+    }
+  }
   heights_.rowwise() += base;
   lowest_.resize(n);
   for (int i = 0; i < n; ++i) lowest_[i] = heights_.col(i).minCoeff();
@@ -124,7 +147,16 @@ Pose Track::extrapolate(int i, const Velocity& velocity, double time_s) const {
 }
 
 Vec3 Track::arm(int point, const Quat& q) const {
-  return q * body_->vertices()[point] - body_->radius_m() * kUp;
+  const Vec3 rounding = body_->radius_m() * kUp;
+  const int n_vertices = static_cast<int>(body_->vertices().size());
+  if (point < n_vertices) return q * body_->vertices()[point] - rounding;
+  const Ring& ring = body_->rings()[(point - n_vertices) / kAround];
+  const Vec3 axis = q * ring.axis;
+  Vec3 level = axis.cross(kUp);  // in the ring's plane and the ground's
+  level = level.norm() > 1e-12 ? level.normalized() : Vec3(q * ring.axis.unitOrthogonal());
+  const double angle = (point - n_vertices) % kAround * kTwoPi / kAround;
+  const Vec3 lowest = axis.cross(level).z() < 0.0 ? axis.cross(level) : level.cross(axis);
+  return q * ring.centre_m + ring.radius_m * (std::cos(angle) * lowest + std::sin(angle) * level) - rounding;
 }
 
 double Track::height(int point, const Pose& pose) const {

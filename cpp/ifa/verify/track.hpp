@@ -28,7 +28,11 @@ class Track {
   Track(const Poses& poses, const Body& body, double gravity_m_s2);
 
   int size() const { return static_cast<int>(poses_->times_s.size()); }
+  // Points that may touch: the vertices, and for each circular edge its lowest point at a pose and seven more
+  // around it from there.
   int points() const { return static_cast<int>(heights_.rows()); }
+  // Points that stay with the body, in its axes: the vertices, and some of each circular edge.
+  const std::vector<Vec3>& fixed_points() const { return fixed_points_; }
   const Body& body() const { return *body_; }
   // Height below which a hull point touches, m.
   double touch() const { return touch_m_; }
@@ -63,6 +67,7 @@ class Track {
   const Body* body_;
   Vec3 gravity_;
   double touch_m_;
+  std::vector<Vec3> fixed_points_;
   Mat3 inverse_inertia_;
   Eigen::MatrixXd heights_;
   std::vector<double> lowest_, turns_;

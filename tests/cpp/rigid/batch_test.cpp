@@ -53,14 +53,14 @@ struct Scene {
   std::vector<State> states;
 };
 
-// Three kinds of bodies in turn.
+// Four kinds of bodies in turn.
 Scene mixed(std::size_t n) {
   Scene scene;
   scene.owned = {sample::box({0.01, 0.02, 0.03}, 0.05), sample::ball(0.02, 0.03),
-                 sample::rod(0.1, 0.004, 0.02)};
+                 sample::rod(0.1, 0.004, 0.02), sample::coin()};
   for (std::size_t i = 0; i < n; ++i) {
     RandomStream random(11, i);
-    scene.bodies.push_back(&scene.owned[i % 3]);
+    scene.bodies.push_back(&scene.owned[i % scene.owned.size()]);
     scene.states.push_back(sample::random_state(*scene.bodies.back(), random, 0.02, 1.0, 10.0));
   }
   return scene;

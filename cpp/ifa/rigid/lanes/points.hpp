@@ -8,12 +8,12 @@ namespace ifa::IFA_LANES_NAMESPACE {
 
 using lanes::BodyView;
 using lanes::kMostBearing;
+using lanes::kMostRings;
 using lanes::kMostSettling;
 using lanes::kRingPoints;
 using lanes::kSlots;
 using lanes::Sim;
 
-inline constexpr int kMostRings = 8;
 // Of the body's size: points this near to the ground touch it. Above the rounding of the flight's root and
 // the projection's tolerance, far below anything visible.
 inline constexpr double kTouchShare = 1e-8;
@@ -230,6 +230,15 @@ inline Pack approach_speed(const BodyView& body, const Points& points, const Mot
     const Mask touches = z + dot(up, p) <= touch;
     if (!any(touches)) continue;
     fastest = select(touches, greatest(fastest, -normal_velocity(m, r.apply(p))), fastest);
+  }
+  // A circular edge that lies flat approaches fastest somewhere between its points.
+  for (int k = 0; k < body.rings; ++k) {
+    const lanes::Ring& ring = body.ring[k];
+    const Mask flat = z + dot(up, points.at(body.vertices + kRingPoints * k + kRingPoints / 2)) <= touch;
+    if (!any(flat)) continue;
+    const Pack3 axis = r.apply(broadcast(ring.axis)), centre = r.apply(broadcast(ring.centre));
+    const Pack turning = norm(m.spin - dot(m.spin, axis) * axis);
+    fastest = select(flat, greatest(fastest, ring.radius * turning - normal_velocity(m, centre)), fastest);
   }
   return fastest;
 }

@@ -8,6 +8,7 @@ namespace ifa::lanes {
 // Points that bear a body in one step: those that touch (at most eight, or eight directions and the fastest),
 // and those that may come down to the ground while it settles.
 inline constexpr int kMostBearing = 9, kMostSettling = 8, kSlots = kMostBearing + kMostSettling;
+inline constexpr int kMostRings = 8;
 inline constexpr int kRingPoints = 8;  // a circular edge stands on up to so many points
 
 struct Ring {                                  // a circular edge, in principal axes
@@ -18,7 +19,7 @@ struct Ring {                                  // a circular edge, in principal 
 struct BodyView {
   const double* vertex = nullptr;  // x y z of each
   int vertices = 0;
-  const Ring* ring = nullptr;
+  Ring ring[kMostRings];
   int rings = 0;
   double rounding, bounding_radius;
   double mass, inertia[3];

@@ -21,7 +21,8 @@ class ContactStep {
         lanes_(first_lanes(count)),
         start_(load(sims, count)),
         turned_(rotation(start_.orientation)),
-        points_(body, turned_.up()) {
+        points_(body, turned_.up()),
+        rolled_(body, turned_.up()) {
     gravity_ = broadcast(settings.gravity);
     touch_ = broadcast(kTouchShare * body.bounding_radius);
   }
@@ -34,15 +35,23 @@ class ContactStep {
     return kinetic_energy(body_, m.velocity, r.inverse(m.spin)) - body_.mass * dot(gravity_, m.position);
   }
   Pack choose_length(Pack time_s, Pack until_s);
+  Pack follow_rings(Pack length);
+  void roll(const Rotation& r) {
+    if (body_.rings > 0) rolled_.place_rings(select(rolls_, r.up(), turned_.up()));
+  }
   void add_settling_points(Pack length);
+  Pack3 last_force(int slot) const;
+  Pack3 last_torque() const;
+  Pack3 last_spin_rate() const;
+  Pack3 moment_of_run(const Rotation& r) const;
   void solve(Pack length);
   void hold(Mask where, const int* point_of_lane);
   Motion part_way(Pack share) const;
-  Pack lowest_newcomer(const Motion& m, const Rotation& r, int* point_of_lane) const;
+  Pack lowest_newcomer(const Motion& m, const Rotation& r, int* point_of_lane);
   Mask land(Pack& length, Motion& m, int* newcomer);
   void project(Motion& m, Mask landing, const int* newcomer);
-  void hold_on_ground(Motion& m, Mask where) const;
-  void keep_bearing(Motion& m, Mask where) const;
+  void hold_on_ground(Motion& m, Mask where);
+  void keep_bearing(Motion& m, Mask where);
   void limit_energy(Motion& m) const;
   void keep_forces(Pack length);
 
@@ -53,7 +62,11 @@ class ContactStep {
   Mask lanes_, active_;
   Motion start_, end_;  // of the whole step
   Rotation turned_;     // at the start
-  Points points_;
+  Points points_;       // of the start
+  // A circular edge rolls: its points are those of the pose looked at. Except where it lies so flat that its
+  // lowest point may be anywhere: there it is the polygon of the start.
+  Points rolled_;
+  Mask rolls_;
   Pack3 gravity_;
   Pack touch_, whole_;  // whole_: length of the step
   Mask settling_;
@@ -92,8 +105,43 @@ inline Pack ContactStep::choose_length(Pack time_s, Pack until_s) {
   }
   length = select(settling_, step, length);
   length = least(length, until_s - time_s);
-  return select(length * spin > broadcast(kLargestTurn),
-                kLargestTurn / select(spin > zero, spin, broadcast(1.0)), length);
+  length = select(length * spin > broadcast(kLargestTurn),
+                  kLargestTurn / select(spin > zero, spin, broadcast(1.0)), length);
+  if (body_.rings == 0) return length;
+  length = follow_rings(length);
+  // Not a long step and then the shred that is left: it would undo the long one's error at a blow.
+  const Pack left = until_s - time_s;
+  return select((length < left) & (left < 2.0 * length), 0.5 * left, length);
+}
+
+// A nearly flat disk turns slowly while its lowest point runs around it.
+inline Pack ContactStep::follow_rings(Pack length) {
+  constexpr double kLongestRun = 0.2, kStillFollowed = 0.5;  // rad in one step
+  constexpr double kSag = 3.125e-4;  // of the radius: of the chord that drawing between two steps would cut
+  constexpr double kFlat = 1e-5;     // rad
+  constexpr double kShortest = 1.0 / 128.0;  // of step_s
+  const Pack3 up = turned_.up();
+  const Pack3 rate = cross(up, turned_.inverse(start_.spin));
+  Pack fastest = broadcast(0.0), followed = broadcast(1e300);
+  for (int k = 0; k < body_.rings; ++k) {
+    const Pack3 axis = broadcast(body_.ring[k].axis);
+    const Pack z = start_.position.z - body_.rounding;
+    const Pack3 lowest = points_.at(body_.vertices + kRingPoints * k);
+    const Pack3 across = up - dot(up, axis) * axis;
+    const Pack square = dot(across, across);
+    const Mask touches = z + dot(up, lowest) <= touch_, flat = square <= broadcast(kFlat * kFlat);
+    rolls_ = rolls_ & negated(touches & flat);
+    const Pack run = magnitude(dot(axis, cross(across, rate))) / select(flat, broadcast(1.0), square);
+    const Pack longest = root(8.0 * kSag / root(select(flat, broadcast(1.0), square)));
+    const Pack follow = least(broadcast(kLongestRun), longest) / greatest(run, broadcast(1e-300));
+    const Mask runs = touches & negated(flat);
+    followed = select(runs, least(followed, follow), followed);
+    fastest = select(runs, greatest(fastest, run), fastest);
+  }
+  const Pack shortest = least(length, broadcast(kShortest * settings_.step_s));
+  length = select(settling_, length, least(length, greatest(followed, shortest)));
+  rolls_ = rolls_ & (length * fastest <= broadcast(kStillFollowed));
+  return length;
 }
 
 // Points just above the ground may come down to it within the step, and no further: a rim settles as a whole,
@@ -137,15 +185,73 @@ inline void ContactStep::hold(Mask where, const int* point_of_lane) {
   }
 }
 
+// The force of the last step on a touching point.
+inline Pack3 ContactStep::last_force(int slot) const {
+  Pack3 force = broadcast(0.0, 0.0, 0.0);
+  for (int l = 0; l < count_; ++l) {
+    if (slot >= bearing_.count[l]) continue;
+    const Sim& s = *sims_[l];
+    for (int k = 0; k < s.bearing; ++k) {
+      if (s.point[k] != bearing_.point[slot][l]) continue;
+      set(force.x, l, s.force[k][0]), set(force.y, l, s.force[k][1]), set(force.z, l, s.force[k][2]);
+    }
+  }
+  return force;
+}
+
+inline Pack3 ContactStep::last_torque() const {
+  Pack3 torque = broadcast(0.0, 0.0, 0.0);
+  for (int l = 0; l < count_; ++l) {
+    const Sim& s = *sims_[l];
+    if (s.bearing > 0)
+      set(torque.x, l, s.torque[0]), set(torque.y, l, s.torque[1]), set(torque.z, l, s.torque[2]);
+  }
+  return torque;
+}
+
+// By Euler's equations with the forces of the last step.
+inline Pack3 ContactStep::last_spin_rate() const {
+  const Pack3 spin = turned_.inverse(start_.spin);
+  const Pack3 momentum =
+      turned_.apply({body_.inertia[0] * spin.x, body_.inertia[1] * spin.y, body_.inertia[2] * spin.z});
+  Pack3 moment = last_torque() - cross(start_.spin, momentum);
+  for (int i = 0; i < bearing_.most(); ++i) {
+    Pack3 arm = turned_.apply(points_.at(bearing_.point[i]));
+    arm.z = arm.z - body_.rounding;
+    moment = moment + cross(arm, last_force(i));
+  }
+  return inverse_inertia(body_, turned_).apply(moment);
+}
+
+// The force of a point that runs along a circular edge acts, on average, in the middle of its run: what its
+// moment about the end of it is too much.
+inline Pack3 ContactStep::moment_of_run(const Rotation& r) const {
+  Pack3 moment = broadcast(0.0, 0.0, 0.0);
+  for (int i = 0; i < slots_; ++i) {
+    Mask runs = rolls_ & slot_[i].valid;
+    for (int l = 0; l < kWidth; ++l) {
+      const int edge = bearing_.point[i][l] - body_.vertices;
+      set(runs, l, get_bit(runs, l) && edge >= 0 && edge % kRingPoints == 0);
+    }
+    if (!any(runs)) continue;
+    const Pack3 run = r.apply(rolled_.at(bearing_.point[i])) - turned_.apply(points_.at(bearing_.point[i]));
+    moment = select(runs, moment + cross(0.5 * run, slot_[i].impulse), moment);
+  }
+  return moment;
+}
+
 // Velocities at the end of a step with the touching points held above the ground. Forces are evaluated at the
 // predicted pose, so that a pivot's centripetal force turns with it.
 inline void ContactStep::solve(Pack length) {
-  constexpr double kTolerance = 1e-4;  // of what gravity adds in a step: of the contact problem
-  constexpr int kMostSweeps = 60;
+  // Of what gravity adds in a step: of the contact problem.
+  constexpr double kTolerance = 1e-4, kRingTolerance = 1e-8;
+  constexpr int kMostSweeps = 60, kMostRingSweeps = 1000;
   const Pack zero = broadcast(0.0);
   end_ = start_;
-  const Quaternion predicted = normalized(rotation_exp(length * start_.spin) * start_.orientation);
-  const Rotation r = rotation(predicted);
+  Pack3 turn = length * start_.spin;
+  if (body_.rings > 0)
+    turn = select(rolls_, length * (start_.spin + (0.5 * length) * last_spin_rate()), turn);
+  const Rotation r = rotation(normalized(rotation_exp(turn) * start_.orientation));
   const ContactBodies problem{broadcast(1.0 / body_.mass), inverse_inertia(body_, r), body_.friction,
                               body_.rolling_friction_m, body_.spin_friction_m};
   end_.velocity = start_.velocity + length * gravity_;
@@ -154,39 +260,40 @@ inline void ContactStep::solve(Pack length) {
     end_.spin = problem.inverse_inertia.apply(
         turned_.apply({body_.inertia[0] * spin.x, body_.inertia[1] * spin.y, body_.inertia[2] * spin.z}));
   }
-  const Bearing touching = bearing_;
   if (any(settling_)) add_settling_points(length);
-  slots_ = make_slots(body_, points_, bearing_, r, slot_);
+  roll(r);
+  slots_ = make_slots(body_, rolled_, bearing_, r, slot_);
   const Pack3 up = turned_.up();
   const Pack z = start_.position.z - body_.rounding;
-  torque_ = broadcast(0.0, 0.0, 0.0);
-  for (int l = 0; l < count_; ++l) {
-    const Sim& s = *sims_[l];
-    if (s.bearing > 0)
-      set(torque_.x, l, s.torque[0]), set(torque_.y, l, s.torque[1]), set(torque_.z, l, s.torque[2]);
-  }
-  torque_ = length * torque_;
+  torque_ = length * last_torque();
   for (int i = 0; i < slots_; ++i) {
     ContactSlot& p = slot_[i];
-    for (int l = 0; l < count_; ++l) {
-      if (i >= touching.count[l]) continue;
-      const Sim& s = *sims_[l];
-      for (int k = 0; k < s.bearing; ++k) {
-        if (s.point[k] != bearing_.point[i][l]) continue;
-        set(p.impulse.x, l, s.force[k][0]), set(p.impulse.y, l, s.force[k][1]),
-            set(p.impulse.z, l, s.force[k][2]);
-      }
-    }
-    p.impulse = length * p.impulse;
+    p.impulse = length * last_force(i);
     const Mask above = p.valid & negated(bearing_.touches(i));
     if (any(above)) {
-      const Pack h = z + dot(up, points_.at(bearing_.point[i]));
+      const Pack h = z + dot(up, rolled_.at(bearing_.point[i]));
       p.target = select(above, -h / length, p.target);
     }
   }
-  const Pack3 free_velocity = end_.velocity, free_spin = end_.spin;
-  solve_contacts(problem, slot_, slots_, active_, broadcast(kTolerance * settings_.step_speed), kMostSweeps,
-                 end_.velocity, end_.spin, torque_);
+  const Pack3 free_velocity = end_.velocity;
+  const Pack3 free_spin = end_.spin;
+  if (body_.rings > 0) end_.spin = free_spin - problem.inverse_inertia.apply(moment_of_run(r));
+  // A coin's two edges are so near to each other that the sweeps converge slowly: it would rock.
+  const int most_sweeps = body_.rings > 0 ? kMostRingSweeps : kMostSweeps;
+  const Pack tolerance = broadcast((body_.rings > 0 ? kRingTolerance : kTolerance) * settings_.step_speed);
+  solve_contacts(problem, slot_, slots_, active_, tolerance, most_sweeps, end_.velocity, end_.spin, torque_);
+  Mask fresh = none();  // without a last step, whose forces would have told that moment
+  for (int l = 0; body_.rings > 0 && l < count_; ++l)
+    set(fresh, l, get_bit(active_ & rolls_, l) && sims_[l]->bearing == 0);
+  if (any(fresh)) {
+    end_.velocity = select(fresh, free_velocity, end_.velocity);
+    end_.spin = select(fresh, free_spin - problem.inverse_inertia.apply(moment_of_run(r)), end_.spin);
+    Pack3 torque = torque_, kept[kSlots];  // the solver clears what is of other lanes
+    for (int i = 0; i < slots_; ++i) kept[i] = slot_[i].impulse;
+    solve_contacts(problem, slot_, slots_, fresh, tolerance, most_sweeps, end_.velocity, end_.spin, torque);
+    torque_ = select(fresh, torque, torque_);
+    for (int i = 0; i < slots_; ++i) slot_[i].impulse = select(fresh, slot_[i].impulse, kept[i]);
+  }
   // Contact takes energy. Where moments differ by 1e9 and more, the points' matrices are too near to singular
   // for the sweeps: they may diverge. Then without friction, which has an exact solution.
   const Pack before = kinetic_energy(body_, free_velocity, r.inverse(free_spin));
@@ -231,14 +338,14 @@ inline Motion ContactStep::part_way(Pack share) const {
 }
 
 // Height of the lowest point that did not touch at the start.
-inline Pack ContactStep::lowest_newcomer(const Motion& m, const Rotation& r, int* point_of_lane) const {
+inline Pack ContactStep::lowest_newcomer(const Motion& m, const Rotation& r, int* point_of_lane) {
+  roll(r);
   const Pack3 up0 = turned_.up(), up = r.up();
   const Pack z0 = start_.position.z - body_.rounding, z = m.position.z - body_.rounding;
   Pack lowest = broadcast(1e100), which = broadcast(0.0);
   for (int k = 0; k < points_.count(); ++k) {
-    const Pack3 p = points_.at(k);
-    const Pack h = z + dot(up, p);
-    const Mask lower = (z0 + dot(up0, p) > touch_) & (h < lowest);
+    const Pack h = z + dot(up, rolled_.at(k));
+    const Mask lower = (z0 + dot(up0, points_.at(k)) > touch_) & (h < lowest);
     lowest = select(lower, h, lowest);
     which = select(lower, broadcast(k), which);
   }
@@ -256,7 +363,7 @@ inline Mask ContactStep::land(Pack& length, Motion& m, int* newcomer) {
   const Mask below = active_ & (high_height < broadcast(0.0));
   if (!any(below)) return none();
   // A soft one is held by the projection, and from the next step on it is a touching point.
-  const Pack speed = -normal_velocity(m, r.apply(points_.at(newcomer)));
+  const Pack speed = -normal_velocity(m, r.apply(rolled_.at(newcomer)));
   const Mask hard = below & negated(settling_) & (speed >= broadcast(kSoftLanding * settings_.micro_speed));
   if (!any(hard)) return none();
   const Pack one = broadcast(1.0), zero = broadcast(0.0);
@@ -299,12 +406,13 @@ inline void ContactStep::project(Motion& m, Mask landing, const int* newcomer) {
   for (int round = 0; round < 4 && any(open); ++round) {
     hold_on_ground(m, open);
     const Rotation r = rotation(m.orientation);
+    roll(r);
     const Pack3 up = r.up();
     const Pack z = m.position.z - body_.rounding;
     Pack lowest = broadcast(0.0);
     Mask more = none();
     for (int k = 0; k < points_.count(); ++k) {
-      const Pack h = z + dot(up, points_.at(k));
+      const Pack h = z + dot(up, rolled_.at(k));
       lowest = least(lowest, h);
       const Mask deep = open & (h < -touch_);
       if (round == 3 || !any(deep)) continue;
@@ -321,9 +429,18 @@ inline void ContactStep::project(Motion& m, Mask landing, const int* newcomer) {
     m.position.z = select(done, m.position.z - lowest, m.position.z);
     open = more;
   }
+  if (body_.rings == 0) return;
+  // Where a flat edge was taken for a polygon, its arc is still below.
+  const Pack3 up = rotation(m.orientation).up();
+  const Pack z = m.position.z - body_.rounding;
+  rolled_.place_rings(up);
+  Pack lowest = broadcast(0.0);
+  for (int k = 0; k < body_.rings; ++k)
+    lowest = least(lowest, z + dot(up, rolled_.at(body_.vertices + kRingPoints * k)));
+  m.position.z = select(active_, m.position.z - lowest, m.position.z);
 }
 
-inline void ContactStep::hold_on_ground(Motion& m, Mask where) const {
+inline void ContactStep::hold_on_ground(Motion& m, Mask where) {
   const Pack zero = broadcast(0.0);
   const double inverse_size2 = 1.0 / (body_.bounding_radius * body_.bounding_radius);
   int helds = 0;
@@ -336,6 +453,7 @@ inline void ContactStep::hold_on_ground(Motion& m, Mask where) const {
   Mask open = where;
   for (int round = 0; round < 3 && any(open); ++round) {
     const Rotation r = rotation(m.orientation);
+    roll(r);
     const Pack z = m.position.z - body_.rounding;
     Pack3 lever[kMostHeld], response[kMostHeld];  // arm x up, and the turn for a unit push
     Pack height[kMostHeld], give[kMostHeld];
@@ -344,7 +462,7 @@ inline void ContactStep::hold_on_ground(Motion& m, Mask where) const {
     Pack3 turn = broadcast(0.0, 0.0, 0.0);
     for (int i = 0; i < helds; ++i) {
       held[i] = is_held(i);
-      const Pack3 p = r.apply(points_.at(held_point_[i]));
+      const Pack3 p = r.apply(rolled_.at(held_point_[i]));
       lever[i] = {p.y, -p.x, zero};
       response[i] = inverse_size2 * lever[i];
       height[i] = z + p.z;
@@ -375,9 +493,10 @@ inline void ContactStep::hold_on_ground(Motion& m, Mask where) const {
 // Within a step the velocities are those between two poses, so that points that bore load through it move a
 // little off the ground or into it. At a landing these are stopped, the least change in the metric of the
 // mass matrix: else what they lack would count as their part in the impact.
-inline void ContactStep::keep_bearing(Motion& m, Mask where) const {
+inline void ContactStep::keep_bearing(Motion& m, Mask where) {
   const double inverse_mass = 1.0 / body_.mass;
   const Rotation r = rotation(m.orientation);
+  roll(r);
   const Symmetric w = inverse_inertia(body_, r);
   Mask open = where;
   for (int sweep = 0; sweep < 30 && any(open); ++sweep) {
@@ -385,7 +504,7 @@ inline void ContactStep::keep_bearing(Motion& m, Mask where) const {
     for (int i = 0; i < slots_; ++i) {
       const Mask here = open & loads_[i];
       if (!any(here)) continue;
-      const Pack3 arm = r.apply(points_.at(bearing_.point[i]));
+      const Pack3 arm = r.apply(rolled_.at(bearing_.point[i]));
       const Pack3 lever{arm.y, -arm.x, broadcast(0.0)};
       const Pack3 response = w.apply(lever);
       const Pack speed = normal_velocity(m, arm);
@@ -446,6 +565,7 @@ inline void ContactStep::run(Stop* stops, lanes::LoadData* loads) {
     }
   }
   if (!any(active_)) return;
+  rolls_ = active_;
   settling_ = active_ & (slowness(start_) < broadcast(settings_.rest_speed));
   whole_ = choose_length(time, until);
   solve(whole_);
