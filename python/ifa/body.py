@@ -418,7 +418,8 @@ class Body:
         rings = f" {len(self._rings_m)} rings," if len(self._rings_m) else ""
         return (
             f"<ifa.Body {self.name!r}: {len(self._vertices_m)} vertices,{rings}"
-            f" radius {self.radius_m:.3g} m, {self.mass_kg:.3g} kg, restitution {self.restitution:g},"
+            f" radius {self.radius_m:.3g} m, {self.mass_kg:.3g} kg,"
+            f" restitution {self.restitution:g},"
             f" friction {self.friction:g}>"
         )
 
