@@ -113,7 +113,9 @@ def _coin(**common: Any) -> Body:
     diameter, thickness, radius = 25.75e-3, 2.2e-3, 0.2e-3
     rim, half = 0.5 * diameter - radius, 0.5 * thickness - radius
     rings = [[0.0, 0.0, z, 0.0, 0.0, 1.0, rim] for z in (half, -half)]
-    return Body.from_vertices([], radius, rings, mass_kg=8.5e-3, **common)
+    return Body.from_vertices(
+        [], radius, rings, mass_kg=8.5e-3, centre_of_mass_m=np.zeros(3), **common
+    )
 
 
 _D4_EDGE_M = 20e-3
@@ -167,7 +169,7 @@ def get(name: str, surface: str = "desk") -> Body:
 
 def describe() -> list[dict[str, Any]]:
     """One entry for each body: `name`, `size`, `material`, `mass_kg`, `radius_m`, `vertices` and
-    `rings` (their numbers) and `surfaces`, which maps each surface to its `restitution` and `friction`.
+    `rings` (how many) and `surfaces`, which maps each to its `restitution` and `friction`.
     """  # noqa: D205
     rows = []
     for name, entry in _LIBRARY.items():

@@ -56,7 +56,8 @@ class Body:
     """
 
     __slots__ = (
-        "_centre_of_mass_m", "_core", "_notes", "_outline_m", "_rings_m", "_triangles", "_vertices_m",
+        "_centre_of_mass_m", "_core", "_notes", "_outline_m", "_rings_m", "_triangles",
+        "_vertices_m",
     )  # fmt: skip
 
     _centre_of_mass_m: np.ndarray
@@ -257,8 +258,9 @@ class Body:
         """Read a body file (.json), as `write` makes it.
 
         Keys: `vertices_m` and `mass_kg`; optional `name`, `radius_m`, `rings_m` (rows of centre,
-        axis and radius; null or empty: none), `inertia_kg_m2`, `restitution`, `friction`, `rolling_friction_m`, `spin_friction_m` and
-        `mesh_centre_of_mass_m` (where the centre of mass lies in the axes of the mesh).
+        axis and radius; null or empty: none), `inertia_kg_m2`, `restitution`, `friction`,
+        `rolling_friction_m`, `spin_friction_m` and `mesh_centre_of_mass_m` (where the centre of
+        mass lies in the axes of the mesh).
 
         Raises:
             IfaFileError: the file is missing, not JSON, or holds what no body can have.
@@ -415,8 +417,9 @@ class Body:
     def __repr__(self) -> str:
         rings = f" {len(self._rings_m)} rings," if len(self._rings_m) else ""
         return (
-            f"<ifa.Body {self.name!r}: {len(self._vertices_m)} vertices,{rings} radius {self.radius_m:.3g}"
-            f" m, {self.mass_kg:.3g} kg, restitution {self.restitution:g},"
+            f"<ifa.Body {self.name!r}: {len(self._vertices_m)} vertices,{rings}"
+            f" radius {self.radius_m:.3g} m, {self.mass_kg:.3g} kg,"
+            f" restitution {self.restitution:g},"
             f" friction {self.friction:g}>"
         )
 

@@ -11,8 +11,6 @@
 namespace ifa {
 namespace {
 
-constexpr int kRimPoints = 64;  // of a circular edge: a polygon, which keeps within 0.12 % of its radius
-
 // Scaled units, in which the body's radius is in [1, 4), its mass in [1, 2) and gravity keeps its number. All
 // are powers of two (the length's of four), so that scaling is exact: a body scaled by these has the same
 // bits.
@@ -47,13 +45,13 @@ struct Units {
                 body.bounding_radius_m() / length_m,
                 body.principal_inertia() / (mass_kg * length_m * length_m),
                 body.principal_vertices(),
+                body.principal_rings(),
                 m.restitution,
                 m.friction,
                 m.rolling_friction_m / length_m,
                 m.spin_friction_m / length_m};
-    const std::vector<Vec3> rims = ring_points(body.principal_rings(), kRimPoints);
-    out.vertices.insert(out.vertices.end(), rims.begin(), rims.end());
     for (Vec3& v : out.vertices) v /= length_m;
+    for (Ring& ring : out.rings) ring.centre_m /= length_m, ring.radius_m /= length_m;
     return out;
   }
 };

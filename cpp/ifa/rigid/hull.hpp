@@ -55,7 +55,7 @@ MassProperties mass_properties(const std::vector<Vec3>& vertices, const std::vec
 
 // Of the hull of `vertices` and `rings` rounded by `radius_m`. Without rings in closed form for every shape:
 // a ball (one vertex), a capsule (two), a flat set, a solid. No volume (flat and radius 0) gives zeros. With
-// rings extrapolated from polygons of 256 and 512 corners: a cylinder or a cone is good to 1e-9, any other
+// rings extrapolated from polygons of 512 and 1024 corners: a cylinder or a cone is good to 1e-9, any other
 // shape to 1e-6.
 MassProperties rounded_hull_mass_properties(const std::vector<Vec3>& vertices, double radius_m,
                                             double density_kg_m3, const std::vector<Ring>& rings = {});

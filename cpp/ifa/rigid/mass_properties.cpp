@@ -162,7 +162,7 @@ Moments capsule(const Vec3& start, const Vec3& end, double r) {
 // What polygons of n corners miss goes with 1 / n^2, so that two of them give the limit.
 MassProperties rounded_ring_mass_properties(const std::vector<Vec3>& vertices, double radius_m,
                                             double density_kg_m3, const std::vector<Ring>& rings) {
-  constexpr int kCorners = 256;
+  constexpr int kCorners = 512;
   const auto with_polygons = [&](int corners) {
     std::vector<Vec3> points = ring_points(rings, corners);
     points.insert(points.end(), vertices.begin(), vertices.end());

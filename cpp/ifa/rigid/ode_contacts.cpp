@@ -26,15 +26,23 @@ void OdeContacts::find(const State& state, double margin, double length) {
   const Quat inverse = state.orientation.conjugate();
   const Vec3 up = inverse * kUp, up_rate = up.cross(inverse * state.angular_velocity);
   const double z = state.position.z() - body_->radius;
-  for (std::size_t i = 0; i < body_->vertices.size(); ++i) {
-    const double gap = z + up.dot(body_->vertices[i]);
+  points_.resize(body_->vertices.size());
+  for (const Ring& ring : body_->rings) {
+    const Vec3 tilt = ring.axis.dot(up) * ring.axis - up;
+    const Vec3 lowest = tilt.norm() > 1e-9 ? tilt.normalized() : ring.axis.unitOrthogonal();
+    constexpr int kAround = 8;
+    for (int k = 0; k < kAround; ++k)
+      points_.push_back(ring.centre_m +
+                        ring.radius_m *
+                            (Eigen::AngleAxisd(2.0 * std::numbers::pi * k / kAround, ring.axis) * lowest));
+  }
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const double gap = z + up.dot(points_[i]);
     if (gap > margin) continue;
-    const double rate = state.velocity.z() + up_rate.dot(body_->vertices[i]);
+    const double rate = state.velocity.z() + up_rate.dot(points_[i]);
     if (gap + length * rate <= margin) touching_.push_back(static_cast<int>(i));
   }
-  const auto arm_of = [&](int i) {
-    return Vec3(state.orientation * body_->vertices[i] - body_->radius * kUp);
-  };
+  const auto arm_of = [&](int i) { return Vec3(state.orientation * points_[i] - body_->radius * kUp); };
 
   // Points in the span of others add only redundant rows: keep those furthest out and down in eight
   // directions, and the one that approaches fastest.
@@ -59,7 +67,7 @@ void OdeContacts::find(const State& state, double margin, double length) {
   for (const int i : touching_) arms_.push_back(arm_of(i));
 }
 
-bool OdeContacts::stable() const { return arms_.size() >= 3 || body_->vertices.size() == 1; }
+bool OdeContacts::stable() const { return arms_.size() >= 3 || points_.size() == 1; }
 
 // Seen from above, the points leave no gap of more than half a turn around the centre.
 bool OdeContacts::supported() const {

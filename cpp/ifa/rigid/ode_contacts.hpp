@@ -12,6 +12,7 @@ struct OdeBody {
   double mass, radius, reach;  // reach: of the ball about the centre of mass
   Vec3 inertia;
   std::vector<Vec3> vertices;
+  std::vector<Ring> rings;
   double restitution, friction, rolling_friction, spin_friction;  // the last two are lengths
 
   double kinetic_energy(const Vec3& velocity, const Vec3& angular_velocity, const Quat& orientation) const;
@@ -21,10 +22,11 @@ struct OdeBody {
 
 class OdeContacts {
  public:
-  explicit OdeContacts(const OdeBody& body) : body_(&body) {}
+  explicit OdeContacts(const OdeBody& body) : body_(&body), points_(body.vertices) {}
 
-  // The vertices within `margin` of the ground or below it, however far: a thin plate has no side to fall out
-  // of. Not those that leave it within a step of `length`. Of many, as few as span the others.
+  // The vertices, and of each ring the lowest point and seven around it, within `margin` of the ground or
+  // below it, however far: a thin plate has no side to fall out of. Not those that leave it within a step of
+  // `length`. Of many, as few as span the others.
   void find(const State& state, double margin, double length);
 
   bool empty() const { return arms_.empty(); }
@@ -43,6 +45,7 @@ class OdeContacts {
 
  private:
   const OdeBody* body_;
+  std::vector<Vec3> points_;  // that may touch, principal axes
   std::vector<int> touching_;
   std::vector<Vec3> arms_;
   std::vector<OdeContact> contacts_;

@@ -18,6 +18,7 @@ EXPECTED = {
     13: "5/7 v0 after 2 v0 / (7 mu g), 2/3 v0 after v0 / (3 mu g)",
     14: "tips from tan a = w / h on, slides from tan a = mu on",
     15: "Painleve rod, mu > 4/3: an impulse, finite, no energy gained",
+    16: "Euler's disk: W^2 sin a = 4 g / R; a coin on its edge keeps its speed; first contact",
     18: "none of 1e6 thin plates at 40 m/s falls through",
     19: "moments 1 : 1e12 and 0, 1e6 random bodies: finite, or an error that names the field",
     20: "size x 4^k, mass x 2^k: the same bits",

@@ -83,6 +83,17 @@ Vec3 row(const std::vector<double>& array, std::size_t i) {
   return Vec3(array[3 * i], array[3 * i + 1], array[3 * i + 2]);
 }
 
+TEST(Batch, SameBytesForAnyInstructionSet) {
+  const Scene scene = mixed(120);
+  BatchOptions options = until(30.0, 2);
+  options.instruction_set = "scalar";
+  const Arrays scalar = run(scene, options);
+  for (const std::string_view name : instruction_sets()) {
+    options.instruction_set = name;
+    EXPECT_TRUE(run(scene, options) == scalar) << name;
+  }
+}
+
 TEST(Batch, EachSampleIsASimulation) {
   const Scene scene = mixed(30);
   for (const double until_s : {0.1, 30.0}) {
