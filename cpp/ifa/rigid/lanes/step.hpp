@@ -87,11 +87,13 @@ class ContactStep {
 // constant, so that a step may be sixteen times as long, and ends where the slide does.
 inline Pack ContactStep::choose_length(Pack time_s, Pack until_s) {
   constexpr double kTurn = 0.02, kLargestTurn = 0.05;
-  constexpr double kSteps = 4.0, kFlatSteps = 16.0, kShortestStop = 0.25;
+  constexpr double kShortestStop = 0.25;
+  // A circular edge that is nearly flat wobbles: whole steps only.
+  const double most_steps = body_.rings > 0 ? 1.0 : 4.0, most_flat_steps = body_.rings > 0 ? 1.0 : 16.0;
   const Pack step = broadcast(settings_.step_s), zero = broadcast(0.0);
   const Pack spin = norm(start_.spin);
   Pack length =
-      select(spin * (kSteps * step) > broadcast(kTurn), greatest(kTurn / spin, step), kSteps * step);
+      select(spin * (most_steps * step) > broadcast(kTurn), greatest(kTurn / spin, step), most_steps * step);
   if (body_.friction > 0.0 && settings_.gravity[2] < 0.0) {
     const Pack still = broadcast(0.1 * (settings_.rest_speed + settings_.step_speed));
     Mask flat = none();
@@ -101,7 +103,7 @@ inline Pack ContactStep::choose_length(Pack time_s, Pack until_s) {
     const Pack slide = root(start_.velocity.x * start_.velocity.x + start_.velocity.y * start_.velocity.y) +
                        body_.bounding_radius * magnitude(start_.spin.z);
     const Pack stop = slide * (1.0 / (-settings_.gravity[2] * body_.friction));
-    length = select(flat, clamp(stop, kShortestStop * step, kFlatSteps * step), length);
+    length = select(flat, clamp(stop, kShortestStop * step, most_flat_steps * step), length);
   }
   length = select(settling_, step, length);
   length = least(length, until_s - time_s);
