@@ -53,6 +53,11 @@ class Finder {
       if (track_.height(k, i) > track_.touch()) continue;
       const double approach = -track_.vertical_speed(k, pose, velocity, 0.0);
       if (approach <= speed) continue;
+      // An edge that touched at the last sample would be below the ground by now: it rolls, which turns the
+      // momentum faster than a mean over the interval tells.
+      if (track_.on_edge(k) && i - 1 > first_ && track_.height(k, i - 1) <= track_.touch() &&
+          approach * track_.step(i - 1) > 2.0 * track_.touch())
+        continue;
       // still moving down as before: the impact comes later
       if (!last && track_.height(k, i + 1) - track_.height(k, i) < -0.5 * approach * track_.step(i)) continue;
       speed = approach;

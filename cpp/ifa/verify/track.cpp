@@ -130,6 +130,11 @@ Velocity Track::one_sided(int i, int near, int far, bool has_far) const {
     const double h2 = time(far) - time(near);
     const Vec3 d2 = (position(far) - position(near)) / h2;
     velocity.acceleration = 2.0 * (d2 - d1) / (h1 + h2);
+    // constant in flight; a rolling edge turns it
+    if (!body_->rings().empty()) {
+      const Vec3 change = velocity.momentum - momenta_[std::min(near, far)];
+      velocity.momentum += h1 / (h1 + h2) * change;
+    }
   } else {
     velocity.acceleration = gravity_;
   }

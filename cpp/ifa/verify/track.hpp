@@ -31,6 +31,7 @@ class Track {
   // Points that may touch: the vertices, and for each circular edge its lowest point at a pose and seven more
   // around it from there.
   int points() const { return static_cast<int>(heights_.rows()); }
+  bool on_edge(int point) const { return point >= static_cast<int>(body_->vertices().size()); }
   // Points that stay with the body, in its axes: the vertices, and some of each circular edge.
   const std::vector<Vec3>& fixed_points() const { return fixed_points_; }
   const Body& body() const { return *body_; }
