@@ -1,5 +1,6 @@
 // Batches of simulations, into arrays that Python has made and checked.
 #include "ifa/rigid/batch.hpp"
+#include "ifa/rigid/start_check.hpp"
 
 #include <array>
 #include <cstdio>
@@ -60,15 +61,10 @@ std::vector<State> to_states(const Array& position_m, const Array& quaternion_wx
   return states;
 }
 
-void check_above_ground(std::span<const Body* const> bodies, std::span<const State> states) {
-  constexpr double kRoom = 2e-6;  // of the body's size: what an engine may start from
+void check_starts(std::span<const Body* const> bodies, std::span<const State> states) {
   for (std::size_t i = 0; i < states.size(); ++i) {
-    const Body& body = *bodies[bodies.size() == 1 ? 0 : i];
-    const double gap = lowest_gap_m(body, states[i]);
-    if (gap >= -kRoom * body.bounding_radius_m()) continue;
-    std::array<char, 100> text;
-    std::snprintf(text.data(), text.size(), "states: row %zu begins %.3g m below the ground", i, -gap);
-    throw ArgumentError(text.data());
+    const std::string why = unfit_start(*bodies[bodies.size() == 1 ? 0 : i], states[i]);
+    if (!why.empty()) throw ArgumentError("states: row " + std::to_string(i) + ": " + why);
   }
 }
 
@@ -88,7 +84,8 @@ void to_body_axes(std::span<const Body* const> bodies, const BatchOutputs& out) 
 void run_batch(const std::vector<std::shared_ptr<Body>>& given, const Array& position_m,
                const Array& quaternion_wxyz, const Array& velocity_m_s, const Array& angular_velocity_rad_s,
                double step_s, double until_s, const Array& gravity_m_s2, std::size_t hits, int threads,
-               const std::string& instruction_set, const py::dict& out, const std::shared_ptr<Progress>& progress) {
+               const std::string& instruction_set, const py::dict& out,
+               const std::shared_ptr<Progress>& progress) {
   std::vector<State> states = to_states(position_m, quaternion_wxyz, velocity_m_s, angular_velocity_rad_s);
   if (given.size() != 1 && given.size() != states.size())
     throw ArgumentError("body: needs one, or one for each state");
@@ -104,7 +101,7 @@ void run_batch(const std::vector<std::shared_ptr<Body>>& given, const Array& pos
   run_interruptible<bool>(progress, [&](Progress* p) {
     for (std::size_t i = 0; i < states.size(); ++i)
       states[i] = to_principal(*bodies[bodies.size() == 1 ? 0 : i], states[i]);
-    check_above_ground(bodies, states);
+    check_starts(bodies, states);
     try {
       simulate_batch(bodies, states, options, outputs, p);
     } catch (...) {  // what was done by then is whole
@@ -122,8 +119,8 @@ void run_batch(const std::vector<std::shared_ptr<Body>>& given, const Array& pos
 void bind_batch(py::module_& m) {
   m.def("simulate_batch", &run_batch, py::arg("bodies"), py::arg("position_m"), py::arg("quaternion_wxyz"),
         py::arg("velocity_m_s"), py::arg("angular_velocity_rad_s"), py::kw_only(), py::arg("step_s"),
-        py::arg("until_s"), py::arg("gravity_m_s2"), py::arg("hits"), py::arg("threads"), py::arg("instruction_set"), py::arg("out"),
-        py::arg("progress"),
+        py::arg("until_s"), py::arg("gravity_m_s2"), py::arg("hits"), py::arg("threads"),
+        py::arg("instruction_set"), py::arg("out"), py::arg("progress"),
         "Into the arrays of `out`, named and shaped as those of ifa.Batch, which Python checks.");
   m.def("instruction_sets", &instruction_sets, "The names of those that run here, the narrowest first.");
 }

@@ -6,6 +6,7 @@
 
 #include "ifa/rigid/body.hpp"
 #include "ifa/rigid/hull.hpp"
+#include "ifa/rigid/start_check.hpp"
 
 namespace ifa::bindings {
 namespace {
@@ -178,6 +179,16 @@ py::tuple from_run(const Body& body, const Run& run) {
                         from_hits(run.hits));
 }
 
+// In principal axes; throws ArgumentError where no simulation can begin.
+State to_start(const Body& body, const Array& position_m, const Array& quaternion_wxyz,
+               const Array& velocity_m_s, const Array& angular_velocity_rad_s) {
+  const State state =
+      to_principal(body, to_state(position_m, quaternion_wxyz, velocity_m_s, angular_velocity_rad_s));
+  const std::string why = unfit_start(body, state);
+  if (!why.empty()) throw ArgumentError(why);
+  return state;
+}
+
 void bind_simulation(py::module_& m) {
   m.def(
       "fly",
@@ -202,8 +213,7 @@ void bind_simulation(py::module_& m) {
       [](const Body& body, const Array& position_m, const Array& quaternion_wxyz, const Array& velocity_m_s,
          const Array& angular_velocity_rad_s, double step_s, double until_s, const Array& gravity_m_s2,
          const std::shared_ptr<Progress>& progress) {
-        const State state =
-            to_principal(body, to_state(position_m, quaternion_wxyz, velocity_m_s, angular_velocity_rad_s));
+        const State state = to_start(body, position_m, quaternion_wxyz, velocity_m_s, angular_velocity_rad_s);
         SimulationOptions options;
         options.step_s = step_s;
         options.gravity_m_s2 = to_vec3(gravity_m_s2, "gravity_m_s2");
@@ -219,8 +229,7 @@ void bind_simulation(py::module_& m) {
       [](const Body& body, const Array& position_m, const Array& quaternion_wxyz, const Array& velocity_m_s,
          const Array& angular_velocity_rad_s, double step_s, double until_s, const Array& gravity_m_s2,
          bool skip_flight, const std::shared_ptr<Progress>& progress) {
-        const State state =
-            to_principal(body, to_state(position_m, quaternion_wxyz, velocity_m_s, angular_velocity_rad_s));
+        const State state = to_start(body, position_m, quaternion_wxyz, velocity_m_s, angular_velocity_rad_s);
         OdeOptions options;
         options.step_s = step_s;
         options.gravity_m_s2 = to_vec3(gravity_m_s2, "gravity_m_s2");

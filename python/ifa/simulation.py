@@ -203,9 +203,6 @@ def simulate(
     gravity = gravity_vector(gravity_m_s2)
     limit = time_limit(until_s, gravity)
     arguments.check_progress(progress)
-    lowest = _lowest(body, state)
-    if lowest < -1e-6 * float(np.ptp(body.outline_m, axis=0).max() + body.radius_m):
-        raise IfaValueError(f"position_m: the body begins {-lowest:.3g} m below the ground")
     options = {
         "step_s": arguments.positive(step_s, "step_s"),
         "until_s": limit,
@@ -225,20 +222,3 @@ def simulate(
 def _single(state: State) -> None:
     if not isinstance(state, State) or state.position_m.ndim != 1:
         raise IfaValueError("state: needs one ifa.State, with position_m of shape (3,)")
-
-
-def _lowest(body: Body, state: State) -> float:
-    """Height of the lowest point of the rounded hull."""
-    heights = _world(body.vertices_m, state)[:, 2]
-    centres = _world(body.rings_m[:, :3], state)[:, 2]
-    tips = _world(body.rings_m[:, :3] + body.rings_m[:, 3:6], state)[:, 2]
-    across = np.sqrt(np.maximum(1.0 - (tips - centres) ** 2, 0.0))
-    rims = centres - body.rings_m[:, 6] * across
-    return float(np.concatenate([heights, rims]).min()) - body.radius_m
-
-
-def _world(points: np.ndarray, state: State) -> np.ndarray:
-    """Points (n, 3) of the body's axes in world axes."""
-    w, axis = state.quaternion_wxyz[0], state.quaternion_wxyz[1:]
-    twice = 2.0 * np.cross(axis, points)
-    return points + w * twice + np.cross(axis, twice) + state.position_m

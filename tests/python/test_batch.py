@@ -397,7 +397,9 @@ class TestArguments:
             touching.angular_velocity_rad_s,
         )
         out = ifa.Batch.allocate(5, 8)
-        with pytest.raises(ifa.IfaValueError, match=r"^states: row 3 begins 0\.002 m below"):
+        with pytest.raises(
+            ifa.IfaValueError, match=r"^states: row 3: position_m: the body begins 0\.002 m below"
+        ):
             ifa.simulate_batch(shard, states, out=out)
         assert same(out, ifa.Batch.allocate(5, 8))
 

@@ -253,6 +253,6 @@ def test_a_small_run_of_the_speed_table(tmp_path, capsys):
     arguments = ["--quick", "--bodies", "d20", "--simulations", "30", "--only", "speed"]
     arguments += ["--output", str(tmp_path), "--libraries", str(tmp_path)]  # without ODE: no bar
     benchmark.main(arguments)
-    assert "first two contacts" in capsys.readouterr().out
+    assert "first two impacts" in capsys.readouterr().out
     rows = report.read_csv(tmp_path / "speed.csv")
-    assert all(row["first_two_s"] <= equivalence.LARGEST_ERROR_S for row in rows)
+    assert all(row["first_impacts_s"] <= equivalence.LARGEST_ERROR_S for row in rows)

@@ -242,3 +242,19 @@ class TestSimulate:
         except ifa.Cancelled:
             return
         assert run.status == "impact_limit"  # a fast machine got there first
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("velocity_m_s", (0, 0, 1e7)), ("angular_velocity_rad_s", (0, 1e160, 0))],
+)
+@pytest.mark.parametrize("engine", ["event", "ode"])
+def test_too_fast_to_begin_with(field, value, engine):
+    body = ifa.bodies.get("d6")
+    fields = {"position_m": (0, 0, 1.0), "quaternion_wxyz": (1, 0, 0, 0)}
+    fields |= {"velocity_m_s": (0, 0, 0), "angular_velocity_rad_s": (0, 0, 0), field: value}
+    with pytest.raises(ifa.IfaValueError, match=f"^{field}: must not be faster than 1e"):
+        ifa.simulate(body, ifa.State(**fields), engine=engine, until_s=0.1)
+    rows = ifa.State(**{key: [x, x] for key, x in fields.items()})
+    with pytest.raises(ifa.IfaValueError, match=f"^states: row 0: {field}: must not"):
+        ifa.simulate_batch(body, rows)

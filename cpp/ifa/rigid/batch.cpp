@@ -142,6 +142,13 @@ class Flock {
   // A sample is written once it is whole: one that is cancelled leaves its rows as they were.
   void finish(Member& m, SampleStatus status) {
     const std::size_t i = m.sample;
+    const State end = state_of(m);
+    if (!is_finite(end)) {
+      if (!out_.status.empty()) out_.status[i] = SampleStatus::failed;
+      idle_.push_back(&m);
+      finished_();
+      return;
+    }
     put(out_.end_time_s, i, status == SampleStatus::rest ? &m.slow_since_s : &m.time_s, 1);
     put(out_.position_m, i, m.position, 3);
     put(out_.quaternion_wxyz, i, m.orientation, 4);

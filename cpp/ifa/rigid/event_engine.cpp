@@ -82,21 +82,30 @@ Run simulate(const Body& body, const State& state, const SimulationOptions& opti
   Run run;
   EventSimulation simulation(body, options);
   simulation.start(state, 0.0, &run.nodes, nullptr, progress);
-  if (simulation.approach_speed() > 0.0) run.hits.push_back(simulation.resolve());
+  bool strikes = simulation.approach_speed() > 0.0;
   for (;;) {
-    const auto stop = simulation.advance(until_s);
-    if (stop == EventSimulation::Stop::impact) {
+    if (strikes) {
       run.hits.push_back(simulation.resolve());
-      if (static_cast<int>(run.hits.size()) < options.max_impacts) continue;
-      run.status = RunStatus::impact_limit;
-      return run;
+      if (static_cast<int>(run.hits.size()) >= options.max_impacts) {
+        run.status = RunStatus::impact_limit;
+        break;
+      }
     }
+    const auto stop = simulation.advance(until_s);
+    strikes = stop == EventSimulation::Stop::impact;
+    if (strikes) continue;
     run.status = stop == EventSimulation::Stop::rest ? RunStatus::rest : RunStatus::time_limit;
     run.rest_s = run.status == RunStatus::rest ? simulation.rest_s() : 0.0;
     if (run.status == RunStatus::time_limit && simulation.time_s() > run.nodes.back().time_s)
       run.nodes.push_back({simulation.time_s(), simulation.state(), run.nodes.back().phase});
-    return run;
+    break;
   }
+  // A last line: nothing known leads here, and no numbers are passed off that are none.
+  if (!is_finite(simulation.state())) {
+    run.status = RunStatus::failed;
+    while (run.nodes.size() > 1 && !is_finite(run.nodes.back().state)) run.nodes.pop_back();
+  }
+  return run;
 }
 
 }  // namespace ifa

@@ -11,7 +11,10 @@ std::span<const Kernels* const> available_kernels() {
   static const std::size_t runs = [] {
     __builtin_cpu_init();
     if (!__builtin_cpu_supports("avx2")) return 2;
-    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") ? 4 : 3;
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                   __builtin_cpu_supports("avx512vl")
+               ? 4
+               : 3;
   }();
   return std::span(all).first(runs);
 #else

@@ -28,6 +28,11 @@ inline State to_body(const Body& body, State s) {
   return s;
 }
 
+inline bool is_finite(const State& s) {
+  return s.position.allFinite() && s.orientation.coeffs().allFinite() && s.velocity.allFinite() &&
+         s.angular_velocity.allFinite();
+}
+
 // The signed gap between the ground and the lowest point of the rounded hull; principal axes.
 inline double lowest_gap_m(const Body& body, const State& s) {
   const Vec3 up = s.orientation.conjugate() * kUp;

@@ -94,6 +94,36 @@ TEST(Batch, SameBytesForAnyInstructionSet) {
   }
 }
 
+// Bodies whose impacts take every way out: needles whose moments differ by 1e9 to 1e12, jams, thin plates at
+// 40 m/s. A lane that falls back must leave the others alone.
+TEST(Batch, SameBytesForExtremeBodies) {
+  RandomStream random(12, 0);
+  for (const double ratio : {1.0, 1e-6, 1e-9, 1e-12})
+    for (const double friction : {0.0, 1.2, 1.9}) {
+      Body::Definition d = sample::box({0.1, 0.004, 0.002}, 0.01, {0.8, friction, 5e-5, 5e-5}).definition();
+      d.inertia_kg_m2 = 1e-6 * Vec3(ratio, 1.0, 1.0).asDiagonal();
+      const Body needle = Body::make(d);
+      const Body plate = sample::box({0.1, 0.07, 1e-5}, 0.01, {0.8, friction, 5e-5, 5e-5});
+      for (const Body* body : {&needle, &plate}) {
+        Scene scene;
+        for (int i = 0; i < 100; ++i) {
+          scene.bodies.push_back(body);
+          scene.states.push_back(sample::random_state(*body, random, 0.02, 2.0, 100.0));
+          if (body == &plate) scene.states.back().velocity.z() = -40.0;
+        }
+        BatchOptions options = until(0.1);
+        options.simulation.max_impacts = 100;
+        options.instruction_set = "scalar";
+        const Arrays scalar = run(scene, options);
+        for (const std::string_view name : instruction_sets()) {
+          options.instruction_set = name;
+          EXPECT_TRUE(run(scene, options) == scalar) << name << " " << ratio << " " << friction;
+        }
+        for (const SampleStatus status : scalar.status) EXPECT_NE(status, SampleStatus::failed);
+      }
+    }
+}
+
 TEST(Batch, EachSampleIsASimulation) {
   const Scene scene = mixed(30);
   for (const double until_s : {0.1, 30.0}) {

@@ -277,7 +277,8 @@ inline void solve_contacts(const ContactBodies& body, ContactSlot* slot, int n, 
   for (int i = 0; i < n; ++i) {
     ContactSlot& p = slot[i];
     const Mask here = p.valid & where;
-    p.impulse = select(here, p.impulse, broadcast(0.0, 0.0, 0.0));
+    p.impulse = select(p.valid, p.impulse, broadcast(0.0, 0.0, 0.0));
+    p.change = p.last_change = broadcast(0.0, 0.0, 0.0);
     speed = select(here, greatest(speed, norm(velocity + cross(spin, p.arm))), speed);
     reach = select(here, greatest(reach, norm(p.arm)), reach);
     points = points + select(here, one, zero);
@@ -292,7 +293,7 @@ inline void solve_contacts(const ContactBodies& body, ContactSlot* slot, int n, 
   const Mask redundant = where & (points >= broadcast(3.0));
   const Mask smooth =
       where & mask_of(body.friction == 0.0 && body.rolling_friction_m == 0.0 && body.spin_friction_m == 0.0) &
-      (points >= broadcast(2.0));
+      (points >= broadcast(2.0)) & mask_of(n <= lanes::kMostSmooth);
   if (any(smooth)) {
     solve_smooth(body, slot, n, smooth, velocity, spin);
     where = where & negated(smooth);
@@ -311,7 +312,7 @@ inline void solve_contacts(const ContactBodies& body, ContactSlot* slot, int n, 
   const Mask single = points == one;
   const Mask twists =
       where & negated(redundant) & mask_of(body.rolling_friction_m > 0.0 || body.spin_friction_m > 0.0);
-  torque = select(twists, torque, broadcast(0.0, 0.0, 0.0));
+  torque = select(where & negated(twists), broadcast(0.0, 0.0, 0.0), torque);
   if (any(twists)) spin = select(twists, spin + w.apply(torque), spin);
   const Mask alone = single & negated(twists);  // one point, solved at once
   const Pack roll_scale = one / (w.xx * w.yy - w.xy * w.xy);

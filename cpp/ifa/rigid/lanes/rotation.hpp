@@ -13,8 +13,8 @@ using lanes::BodyView;
 //   psi' = omega . (l + l0) / (1 + l . l0),   omega . l = 2 E / |L| for good,
 // so that beside Euler's equations for omega only the one angle psi needs a series, and the momentum's
 // direction in the world holds to rounding. Time x counts from the piece's start in units of 1 / |omega0|, so
-// that no coefficient over- or underflows. Order 16; a piece ends where its last two terms reach 3e-17, and
-// at x = 1, where l has turned by 60 degrees at the most.
+// that no coefficient over- or underflows. Order 16; a piece ends where its last two terms reach 3e-15, and
+// at x = 1.5, where l has turned by less than 90 degrees.
 struct RotationSeries {
   static constexpr int kOrder = 16;
 
@@ -59,14 +59,18 @@ inline void RotationSeries::expand(const BodyView& body, Pack start_time_s, cons
   Pack part[kOrder + 1], rise[kOrder];  // of 1 + l . l0, and of psi'
   wx[0] = w.x, wy[0] = w.y, wz[0] = w.z, psi[0] = zero;
   const Pack half = one / (one + dot(l0, l0));
+  // Unrolled: loops this short cost more than their sums.
+#pragma GCC unroll 16
   for (int n = 0; n < kOrder; ++n) {
     Pack yz = zero, zx = zero, xy = zero, carried = zero;
+#pragma GCC unroll 16
     for (int k = 0; k <= n; ++k) {
       yz += wy[k] * wz[n - k];
       zx += wz[k] * wx[n - k];
       xy += wx[k] * wy[n - k];
     }
     part[n] = tilt.x * wx[n] + tilt.y * wy[n] + tilt.z * wz[n];
+#pragma GCC unroll 16
     for (int k = 1; k <= n; ++k) carried += part[k] * rise[n - k];
     const Pack along = l0.x * wx[n] + l0.y * wy[n] + l0.z * wz[n];
     rise[n] = ((n == 0 ? twice_energy + along : along) - carried) * half;
@@ -83,9 +87,9 @@ inline void RotationSeries::expand(const BodyView& body, Pack start_time_s, cons
     last = greatest(last, greatest(magnitude(wz[n]), magnitude(gain.z * wz[n])));
     last = greatest(last, magnitude(psi[n]));
   }
-  constexpr double kSmallestTerm = 3e-17;
+  constexpr double kSmallestTerm = 3e-15;
   const Pack reach = root(root(root(root(kSmallestTerm / last))));  // (tolerance / last)^(1 / 16)
-  length_s = least(reach, one) / rate;
+  length_s = least(reach, broadcast(1.5)) / rate;
 }
 
 inline RotationSeries::Values RotationSeries::at(Pack time_s) const {

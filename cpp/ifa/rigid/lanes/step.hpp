@@ -123,11 +123,7 @@ inline void ContactStep::solve(Pack length) {
   if (any(fresh)) {
     end_.velocity = select(fresh, free_velocity, end_.velocity);
     end_.spin = select(fresh, free_spin - problem.inverse_inertia.apply(moment_of_run(r)), end_.spin);
-    Pack3 torque = torque_, kept[kSlots];  // the solver clears what is of other lanes
-    for (int i = 0; i < slots_; ++i) kept[i] = slot_[i].impulse;
-    solve_contacts(problem, slot_, slots_, fresh, tolerance, most_sweeps, end_.velocity, end_.spin, torque);
-    torque_ = select(fresh, torque, torque_);
-    for (int i = 0; i < slots_; ++i) slot_[i].impulse = select(fresh, slot_[i].impulse, kept[i]);
+    solve_contacts(problem, slot_, slots_, fresh, tolerance, most_sweeps, end_.velocity, end_.spin, torque_);
   }
   // Contact takes energy. Where moments differ by 1e9 and more, the points' matrices are too near to singular
   // for the sweeps: they may diverge. Then without friction, which has an exact solution.
@@ -313,16 +309,15 @@ inline void ContactStep::run(Stop* stops, lanes::LoadData* loads) {
     // On three points, or on one round one, standing still is for good: no need to watch it.
     const bool stable = get(loaded_, l) >= 3.0 || (body_.vertices == 1 && body_.rings == 0);
     s.still_steps = stable && get(speed, l) < 1e-3 * settings_.rest_speed ? s.still_steps + 1 : 0;
-    bool rests = s.still_steps >= 3;
-    if (!rests && s.time_s - s.slow_since_s >= settings_.rest_duration_s) {
+    const double slow_s = s.time_s - s.slow_since_s;
+    bool rests = slow_s >= kLongestCreep * settings_.rest_duration_s;
+    if (!rests && (s.still_steps >= 3 || slow_s >= settings_.rest_duration_s)) {
       double arm[2 * kMostBearing];
       for (int i = 0; i < bearing_.count[l]; ++i) {
         arm[2 * i] = get(slot_[i].arm.x, l);
         arm[2 * i + 1] = get(slot_[i].arm.y, l);
       }
-      rests =
-          lanes::supports(arm, bearing_.count[l], 1e-3 * body_.bounding_radius, body_.rolling_friction_m) ||
-          s.time_s - s.slow_since_s >= kLongestCreep * settings_.rest_duration_s;
+      rests = lanes::supports(arm, bearing_.count[l], 1e-3 * body_.bounding_radius, body_.rolling_friction_m);
     }
     if (!rests) continue;
     stops[l] = Stop::rest;
