@@ -187,15 +187,15 @@ inline Pack ContactStep::lowest_newcomer(const Motion& m, const Rotation& r, int
 // Where a point lands within the step, ends the step as it touches (regula falsi, Illinois): the part of the
 // step before has the same forces. Returns where that is so.
 inline Mask ContactStep::land(Pack& length, Motion& m, int* newcomer) {
-  constexpr double kSoftLanding = 1.0;  // of the micro speed: a slower landing does not bounce
-  constexpr double kLanded = 1e-9;      // of the size; the projection closes the rest
-  Rotation r = rotation(m.orientation);
-  const Pack high_height = lowest_newcomer(m, r, newcomer);
-  const Mask below = active_ & (high_height < broadcast(0.0));
-  if (!any(below)) return none();
-  // A soft one is held by the projection, and from the next step on it is a touching point.
-  const Pack speed = -normal_velocity(m, r.apply(rolled_.at(newcomer)));
-  const Mask hard = below & negated(settling_) & (speed >= broadcast(kSoftLanding * settings_.micro_speed));
+  constexpr double kLanded = 1e-9;  // of the size; the projection closes the rest
+  const Pack high_height = lowest_newcomer(m, rotation(m.orientation), newcomer);
+  // What settles is brought down by the contact problem itself; and a circular edge that wobbles lands softly
+  // ever so often, which the projection absorbs.
+  Mask hard = active_ & (high_height < broadcast(0.0)) & negated(settling_);
+  if (body_.rings > 0 && any(hard)) {
+    const Pack speed = -normal_velocity(m, rotation(m.orientation).apply(rolled_.at(newcomer)));
+    hard = hard & (speed >= broadcast(settings_.micro_speed));
+  }
   if (!any(hard)) return none();
   const Pack one = broadcast(1.0), zero = broadcast(0.0);
   Pack low = zero, high = one, h_high = high_height, moved = zero, share = one, height = high_height;
@@ -293,7 +293,8 @@ inline void ContactStep::run(Stop* stops, lanes::LoadData* loads) {
     s.time_s += get(length, l);
     if (get_bit(landing, l)) {
       s.slow = s.slow && get(approach, l) < settings_.rest_speed;
-      if (get(approach, l) > 0.0) stops[l] = Stop::impact;
+      // A slower landing does not bounce: the next step holds the point.
+      if (get(approach, l) > settings_.micro_speed) stops[l] = Stop::impact;
       continue;
     }
     if (get(speed, l) >= settings_.rest_speed || get(loaded_, l) == 0.0) {
