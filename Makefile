@@ -1,13 +1,13 @@
 # Everything a contributor or CI runs. `make` lists it.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help deps build demo test lint test-cpp test-python test-blender hard-cases bench bench-physics sanitize format clean
+.PHONY: help deps build demo test lint test-cpp test-python test-blender test-sanitized hard-cases bench bench-physics sanitize format clean
 
 PY := .venv/bin/python
 CMAKE_DIR := build/cmake
 CXX_SOURCES = $(shell find cpp tests/cpp benchmarks -name '*.cpp' -o -name '*.hpp')
 PY_SOURCES := python addon tests examples benchmarks
-TEST_PARTS := lint test-cpp test-python test-blender
+TEST_PARTS := lint test-cpp test-python test-blender test-sanitized
 
 help:  ## list the targets
 	@awk -F ':|## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$NF }' $(MAKEFILE_LIST)
@@ -74,7 +74,16 @@ bench-physics: build  ## compare the engines with Bullet and MuJoCo (ARGS="--qui
 	@cmake -S . -B $(BENCH_DIR) -G Ninja -DCMAKE_BUILD_TYPE=Release -DIFA_BUILD_PYTHON=OFF \
 	  -DIFA_BUILD_BENCHMARKS=ON -DIFA_WARNINGS_AS_ERRORS=ON >/dev/null
 	@cmake --build $(BENCH_DIR) --target physics_peers
+	@$(BENCH_DIR)/benchmarks/physics/flight_cost | tee $(BENCH_DIR)/flight_cost.csv
 	@$(PY) -m benchmarks.physics $(ARGS)
+
+# The part of `make sanitize` that CI has time for: the engines, under the address and undefined-behaviour sanitizers.
+test-sanitized: deps  ## run the C++ tests of the engines under two sanitizers
+	@cmake -S . -B build/sanitize-address -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="-O1 -g1" \
+	  -DIFA_BUILD_PYTHON=OFF -DIFA_SANITIZE=address,undefined >/dev/null
+	@cmake --build build/sanitize-address --target test_base test_rigid test_hard_cases
+	@IFA_HARD_CASES_SHARE=0.0005 ctest --test-dir build/sanitize-address --output-on-failure --no-tests=error \
+	  -j $$(nproc) --progress -R '^(base|rigid|hard_cases)\.'
 
 # Without NDEBUG, so that Eigen checks its indices too. setarch -R: ThreadSanitizer cannot place its
 # shadow memory where the kernel randomises addresses widely.

@@ -6,7 +6,6 @@ No speed is shown without the verdict of equivalence.py beside it.
 from __future__ import annotations
 
 import argparse
-import inspect
 import time
 
 import ifa
@@ -21,37 +20,24 @@ REFERENCE_STEP_S = 0.1 * STEP_S
 SAMPLES = 20_000
 # The least number of times that ODE's simulations per second are reached.
 BARS = {"scalar": 4.0, "avx2": 8.0, "avx512": 20.0}
-SETS = ("scalar", "sse2", "avx2", "avx512")
 
 
-def batch(body: ifa.Body, states: ifa.State, set_name: str | None, **options: object) -> ifa.Batch:
-    """`ifa.simulate_batch` with an instruction set, or as it is where it offers none."""
-    if set_name is not None:
-        options["instruction_set"] = set_name
-    return ifa.simulate_batch(body, states, until_s=UNTIL_S, **options)  # type: ignore[arg-type]
+def batch(body: ifa.Body, states: ifa.State, set_name: str, **options: object) -> ifa.Batch:
+    """`ifa.simulate_batch` with an instruction set."""
+    return ifa.simulate_batch(
+        body,
+        states,
+        until_s=UNTIL_S,
+        instruction_set=set_name,
+        **options,  # type: ignore[arg-type]
+    )
 
 
-def sample(
-    body: ifa.Body, states: ifa.State, set_name: str | None, step_s: float
-) -> equivalence.Sample:
+def sample(body: ifa.Body, states: ifa.State, set_name: str, step_s: float) -> equivalence.Sample:
     """What the gate compares of `states`, on all cores."""
     return equivalence.simulated(
         body, states, lambda some, out: batch(body, some, set_name, step_s=step_s, out=out)
     )
-
-
-def sets_at_hand(body: ifa.Body, states: ifa.State) -> list[str | None]:
-    """The instruction sets of this build and machine; [None] where there is no choice."""
-    if "instruction_set" not in inspect.signature(ifa.simulate_batch).parameters:
-        return [None]
-    found: list[str | None] = []
-    for name in SETS:
-        try:
-            batch(body, states, name)
-        except ifa.IfaError:
-            continue
-        found.append(name)
-    return found
 
 
 def run(options: argparse.Namespace, header: list[str]) -> bool:
@@ -65,10 +51,10 @@ def run(options: argparse.Namespace, header: list[str]) -> bool:
         body = ifa.bodies.get(name)
         states = lifted(body, samples, options.seed)
         some = states[:timed]
-        sets = sets_at_hand(body, states[:1])
+        sets = ifa.instruction_sets()
         exact = sample(body, states, sets[0], REFERENCE_STEP_S)  # scalar comes first
         verdicts = {s: equivalence.compare(sample(body, states, s, STEP_S), exact) for s in sets}
-        times_s: dict[str | None, list[float]] = {s: [] for s in sets}
+        times_s: dict[str, list[float]] = {s: [] for s in sets}
         ode_s = []
         for _ in range(repeats):
             for s in sets:
@@ -82,18 +68,17 @@ def run(options: argparse.Namespace, header: list[str]) -> bool:
         print(f"\n{name}: ODE at {1e3 * STEP_S:g} ms {ode_per_s:.0f} simulations/s")
         for s in sets:
             verdict, per_s = verdicts[s], 1.0 / float(np.median(times_s[s]))
-            label = s or "only one"
             ratio = per_s / ode_per_s
-            bar = BARS.get(s) if s else None
+            bar = BARS.get(s)
             reached = bar is None or not ratio < bar  # nan, without ODE: no judgement
             cleared = cleared and verdict.passed and reached
             against = "" if bar is None else f" (bar {bar:g}: {'' if reached else 'not '}reached)"
-            print(f"  {label:8} {per_s:8.0f} simulations/s, {ratio:.1f} times ODE{against}")
+            print(f"  {s:8} {per_s:8.0f} simulations/s, {ratio:.1f} times ODE{against}")
             print(f"           {verdict}", flush=True)
             rows.append(
                 {
                     "body": name,
-                    "instruction_set": label,
+                    "instruction_set": s,
                     "simulations_per_s": per_s,
                     "ode_simulations_per_s": ode_per_s,
                     "ratio": ratio,
@@ -102,7 +87,7 @@ def run(options: argparse.Namespace, header: list[str]) -> bool:
                 }
             )
     note = (
-        f"{samples} simulations for the gate against {sets[0] or 'the engine'} at "
+        f"{samples} simulations for the gate against {sets[0]} at "
         f"{1e3 * REFERENCE_STEP_S:g} ms; {timed} timed, median of {repeats}; one core"
     )
     report.write_csv(options.output / "speed.csv", [*header, note], rows)
@@ -115,7 +100,7 @@ def summary(rows: list[report.Row]) -> str:
     """The table in Markdown, for docs/physics.md."""
     lines = [
         "| body | instruction set | simulations/s | times ODE at 1 ms | largest D | p of the faces "
-        "| first two contacts: largest error, share within 1e-6 s | first two impacts | gate |",
+        "| first two audible hits: largest error, share within 1e-6 s | first two impacts | gate |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for row in rows:
