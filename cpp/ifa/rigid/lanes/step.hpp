@@ -278,8 +278,7 @@ inline void ContactStep::run(Stop* stops, lanes::LoadData* loads) {
   limit_energy(m);
 
   const Rotation r = rotation(m.orientation);
-  Pack approach = broadcast(0.0);
-  if (any(landing)) approach = approach_speed(body_, Points(body_, r.up()), m, r);
+  const Pack approach = approach_speed(body_, Points(body_, r.up()), m, r);
   // What is as slow as that for so long creeps: nothing that balances unstably stays slow for a second.
   constexpr double kLongestCreep = 20.0;
   const Pack speed_before = slowness(start_), speed = slowness(m);
@@ -293,8 +292,13 @@ inline void ContactStep::run(Stop* stops, lanes::LoadData* loads) {
     s.time_s += get(length, l);
     if (get_bit(landing, l)) {
       s.slow = s.slow && get(approach, l) < settings_.rest_speed;
-      // A slower landing does not bounce: the next step holds the point.
-      if (get(approach, l) > settings_.micro_speed) stops[l] = Stop::impact;
+      if (get(approach, l) > 0.0) stops[l] = Stop::impact;
+      continue;
+    }
+    // The projection may bring down a point that was just above the ground, and came fast.
+    if (get(approach, l) > settings_.micro_speed && get(approach, l) > settings_.step_speed) {
+      s.slow = s.still_steps = 0;
+      stops[l] = Stop::impact;
       continue;
     }
     if (get(speed, l) >= settings_.rest_speed || get(loaded_, l) == 0.0) {
