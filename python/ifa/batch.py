@@ -22,7 +22,7 @@ _MOST_HITS = 100_000  # the engine stops a run there
 
 
 class SampleStatus(IntEnum):
-    """How a sample ended; the first three are `Run.status` in capitals.
+    """How a sample ended; the first four are `Run.status` in capitals.
 
     FAILED: the engine gave it up, and it has neither an end nor hits. NOT_RUN: the batch was
     cancelled before it was done.

@@ -11,8 +11,7 @@
 
 namespace ifa {
 
-// Why a sample ended; the first four are RunStatus. `not_run`: the
-// batch was cancelled before it.
+// Why a sample ended; the first four are RunStatus. `not_run`: the batch was cancelled before it.
 enum class SampleStatus : std::uint8_t { rest, time_limit, impact_limit, failed, not_run };
 
 // Where results go, sample by sample: row i of each array is sample i's, and what a sample does not have

@@ -6,28 +6,15 @@
 
 #include "held.hpp"
 #include "sample_bodies.hpp"
+#include "strike.hpp"
 
 namespace ifa {
 namespace {
 
 using sample::kinetic;
 using sample::lowest;
-
-std::vector<ContactPoint> touching(const Body& body, const State& s, double within_m) {
-  std::vector<ContactPoint> points;
-  for (const Vec3& vertex : body.principal_vertices()) {
-    ContactPoint p;
-    p.arm = s.orientation * vertex - body.radius_m() * kUp;
-    if (s.position.z() + p.arm.z() <= within_m) points.push_back(p);
-  }
-  return points;
-}
-
-ImpactResult strike(const Body& body, State& s, double within_m) {
-  auto points = touching(body, s, within_m);
-  EXPECT_FALSE(points.empty());
-  return resolve_impact(body, 0.0, points, s);
-}
+using sample::strike;
+using sample::touching;
 
 // On the ground by its lowest point.
 State grounded(const Body& body, const Quat& orientation) {

@@ -243,7 +243,8 @@ TEST(Batch, AnEmptyBatchIsDone) {
   Arrays got(0);
   const Body body = sample::ball(0.02, 0.03);
   const std::vector<const Body*> one = {&body};
-  simulate_batch(one, {}, until(1.0), got.outputs());
+  EXPECT_NO_THROW(simulate_batch(one, {}, until(1.0), got.outputs()));
+  EXPECT_TRUE(got.status.empty());
 }
 
 TEST(Batch, ACancelledBatchSaysWhatIsDone) {

@@ -89,6 +89,7 @@ TEST(EventBuilder, TellsWhichHitsOnlyTheSpanHolds) {
   builder.add(hit(1.1, 1.0));
   builder.add(hit(1.105, 1.0));
   EXPECT_NEAR(builder.event().loose_s, 0.1, 1e-12);  // rounding of 1.1 - 1.0
+  EXPECT_NEAR(builder.event().gap_s, 0.009, 1e-12);  // of those that chain by themselves
 }
 
 TEST(EventBuilder, AudibleSlipUnderLoadAddsTheForcesTimeIntegral) {
