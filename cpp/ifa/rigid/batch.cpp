@@ -1,7 +1,6 @@
 #include "ifa/rigid/batch.hpp"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <functional>
 #include <numeric>
@@ -9,14 +8,12 @@
 #include <utility>
 
 #include "ifa/base/parallel.hpp"
-#include "ifa/rigid/kernels.hpp"
-#include "ifa/rigid/views.hpp"
+#include "ifa/rigid/flock.hpp"
 
 namespace ifa {
 namespace {
 
 constexpr std::size_t kLeastChunk = 16, kMostChunk = 512;  // samples a thread takes at once
-constexpr int kInFlight = 96;  // of these, under way at once: enough to fill packs of one kind
 
 void put(std::span<double> rows, std::size_t row, const double* values, std::size_t width) {
   if (!rows.empty()) std::copy_n(values, width, rows.begin() + static_cast<std::ptrdiff_t>(row * width));
@@ -33,122 +30,61 @@ const lanes::Kernels& kernels_named(std::string_view name) {
   throw ArgumentError("instruction_set: '" + std::string(name) + "' does not run here; there are " + names);
 }
 
-// Simulations of one body, advanced side by side. Those that need the same step next wait in one queue, by
-// the number of points that touch, so that the lanes of a pack have alike work. What a simulation yields does
-// not depend on its company.
-class Flock {
+struct Sample : lanes::Sim {
+  std::size_t index;
+  int hits;                                             // all of them
+  std::vector<std::pair<double, lanes::HitData>> kept;  // as many as there is room for, with their times
+};
+
+// Writes what the samples of one chunk yield.
+class Recorder {
  public:
-  Flock(const Body& body, const lanes::Kernels& kernels, const BatchOptions& options, const BatchOutputs& out)
-      : kernels_(kernels),
-        body_(view_of(body)),
-        settings_(settings_of(body, options.simulation)),
+  static constexpr bool kWantsLoads = false;
+
+  Recorder(Flock<Sample>& flock, std::span<const std::size_t> samples, std::span<const State> states,
+           const BatchOptions& options, const BatchOutputs& out, std::function<void()> finished)
+      : flock_(flock),
+        samples_(samples),
+        states_(states),
         options_(options),
-        out_(out) {
-    for (int i = kInFlight - 1; i >= 0; --i) idle_.push_back(&members_[i]);
+        out_(out),
+        finished_(std::move(finished)) {}
+
+  bool begin(Sample& m) {
+    if (next_ == samples_.size()) return false;
+    m.index = samples_[next_++];
+    static_cast<lanes::Sim&>(m) = begin_sim(flock_.body(), flock_.settings(), states_[m.index], 0.0);
+    m.until_s = options_.until_s;
+    m.hits = 0;
+    m.kept.clear();
+    return true;
   }
 
-  // `finished` is called once for each sample.
-  void run(std::span<const std::size_t> samples, std::span<const State> states, Progress* progress,
-           const std::function<void()>& finished) {
-    finished_ = finished;
-    std::size_t next = 0;
-    for (;;) {
-      if (progress) progress->throw_if_cancelled();
-      while (!idle_.empty() && next < samples.size()) {
-        begin(samples[next], states[samples[next]]);
-        ++next;
-      }
-      auto& fullest = *std::max_element(queues_.begin(), queues_.end(),
-                                        [](const auto& a, const auto& b) { return a.size() < b.size(); });
-      if (fullest.empty()) return;
-      advance(fullest, static_cast<int>(&fullest - queues_.data()));
-    }
+  void impact(const Sample&) {}
+
+  bool resolved(Sample& m, const lanes::HitData& hit) {
+    if (static_cast<std::size_t>(m.hits++) < out_.hits_per_sample) m.kept.push_back({m.time_s, hit});
+    if (m.hits < options_.simulation.max_impacts) return true;
+    finish(m, SampleStatus::impact_limit);
+    return false;
+  }
+
+  void ended(Sample& m, lanes::Stop stop) {
+    finish(m, stop == lanes::Stop::rest ? SampleStatus::rest : SampleStatus::time_limit);
   }
 
  private:
-  struct Member : lanes::Sim {
-    std::size_t sample;
-    int hits;                                             // all of them
-    std::vector<std::pair<double, lanes::HitData>> kept;  // as many as there is room for, with their times
-  };
-  static constexpr int kFly = 0, kResolve = 1, kStep = 5, kQueues = 9;  // four each, by touching points
-  static constexpr int kWidest = 8;
-
-  void begin(std::size_t sample, const State& state) {
-    Member& m = *idle_.back();
-    idle_.pop_back();
-    static_cast<lanes::Sim&>(m) = begin_sim(body_, settings_, state, 0.0);
-    m.until_s = options_.until_s;
-    m.sample = sample;
-    m.hits = 0;
-    m.kept.clear();
-    if (lanes::kScalarKernels.separation_speed(body_, m) < 0.0)
-      queues_[kResolve].push_back(&m);
-    else
-      wait(m);
-  }
-
-  static int rank(const Member& m) { return std::clamp(m.touching, 1, 4) - 1; }
-
-  void wait(Member& m) { queues_[m.stage == lanes::Stage::flight ? kFly : kStep + rank(m)].push_back(&m); }
-
-  void advance(std::vector<Member*>& queue, int kind) {
-    std::array<Member*, kWidest> members;
-    std::array<lanes::Sim*, kWidest> sims;
-    std::array<lanes::Stop, kWidest> stops{};
-    const int count = std::min<int>(kernels_.width, static_cast<int>(queue.size()));
-    for (int i = 0; i < count; ++i) {
-      sims[i] = members[i] = queue.back();
-      queue.pop_back();
-    }
-    if (kind >= kResolve && kind < kStep) {
-      std::array<lanes::HitData, kWidest> hits;
-      kernels_.resolve(body_, settings_, sims.data(), count, hits.data());
-      for (int i = 0; i < count; ++i) {
-        record(*members[i], hits[i]);
-        if (members[i]->hits < options_.simulation.max_impacts)
-          wait(*members[i]);
-        else
-          finish(*members[i], SampleStatus::impact_limit);
-      }
-      return;
-    }
-    if (kind == kFly)
-      kernels_.fly(body_, settings_, sims.data(), count, stops.data());
-    else
-      kernels_.step(body_, settings_, sims.data(), count, stops.data(), nullptr);
-    for (int i = 0; i < count; ++i) {
-      switch (stops[i]) {
-        case lanes::Stop::none:
-          wait(*members[i]);
-          break;
-        case lanes::Stop::impact:
-          queues_[kResolve + rank(*members[i])].push_back(members[i]);
-          break;
-        case lanes::Stop::rest:
-          finish(*members[i], SampleStatus::rest);
-          break;
-        case lanes::Stop::time_limit:
-          finish(*members[i], SampleStatus::time_limit);
-          break;
-      }
-    }
-  }
-
-  void record(Member& m, const lanes::HitData& hit) {
-    if (static_cast<std::size_t>(m.hits++) < out_.hits_per_sample) m.kept.push_back({m.time_s, hit});
-  }
-
   // A sample is written once it is whole: one that is cancelled leaves its rows as they were.
-  void finish(Member& m, SampleStatus status) {
-    const std::size_t i = m.sample;
-    const State end = state_of(m);
-    if (!is_finite(end)) {
-      if (!out_.status.empty()) out_.status[i] = SampleStatus::failed;
-      idle_.push_back(&m);
-      finished_();
-      return;
-    }
+  void finish(const Sample& m, SampleStatus status) {
+    const std::size_t i = m.index;
+    if (!is_finite(state_of(m))) status = SampleStatus::failed;
+    if (!out_.status.empty()) out_.status[i] = status;
+    if (status != SampleStatus::failed) write(m, status);
+    finished_();
+  }
+
+  void write(const Sample& m, SampleStatus status) {
+    const std::size_t i = m.index;
     put(out_.end_time_s, i, status == SampleStatus::rest ? &m.slow_since_s : &m.time_s, 1);
     put(out_.position_m, i, m.position, 3);
     put(out_.quaternion_wxyz, i, m.orientation, 4);
@@ -163,20 +99,15 @@ class Flock {
       put(out_.hit_position_m, row, hit.position, 3);
     }
     if (!out_.hit_count.empty()) out_.hit_count[i] = m.hits;
-    if (!out_.status.empty()) out_.status[i] = status;
-    idle_.push_back(&m);
-    finished_();
   }
 
-  const lanes::Kernels& kernels_;
-  lanes::BodyView body_;
-  lanes::Settings settings_;
+  Flock<Sample>& flock_;
+  std::span<const std::size_t> samples_;
+  std::span<const State> states_;
   const BatchOptions& options_;
   const BatchOutputs& out_;
   std::function<void()> finished_;
-  std::array<Member, kInFlight> members_;
-  std::vector<Member*> idle_;
-  std::array<std::vector<Member*>, kQueues> queues_;
+  std::size_t next_ = 0;
 };
 
 }  // namespace
@@ -212,9 +143,11 @@ void simulate_batch(std::span<const Body* const> bodies, std::span<const State> 
   parallel_for(
       chunks.size(), options.threads,
       [&](std::size_t c) {
-        Flock(*body_of(chunks[c].front()), kernels, options, outputs).run(chunks[c], states, progress, [&] {
+        Flock<Sample> flock(*body_of(chunks[c].front()), options.simulation, kernels);
+        Recorder recorder(flock, chunks[c], states, options, outputs, [&] {
           if (progress) progress->raise_to(static_cast<double>(++done) / static_cast<double>(states.size()));
         });
+        flock.run(recorder, progress);
       },
       progress);
 }
