@@ -1,48 +1,68 @@
 // The forward search: a beam of states that have all reached event k (design after the paper's section 5.1
-// and 5.4; no database). Each state's impact is changed within the plausible region so that the next audible
-// hit comes exactly when the next mark asks for it; the best states go on.
+// and 5.4; no database). The best children of its states go on to event k + 1.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "ifa/base/progress.hpp"
-#include "ifa/forward/transition.hpp"
-#include "ifa/signature/marks.hpp"
+#include "ifa/forward/candidate.hpp"
 
 namespace ifa {
 
-inline constexpr double kLongestRest_s = 30.0;  // a body that has not come to rest by then is given up
-inline constexpr double kOpenTail_s = 0.5;      // how long a motion with an open ending goes on at most
-
 struct BeamOptions {
-  int beam = 300;                // states kept at each event
-  int proposals = 4;             // changes tried for each state
-  double largest_excess = 1.0;   // |C v_eval|^2 of a change, at most
-  double largest_retime = 0.07;  // ratio - 1, at most
+  int beam = 300;     // states kept at each event
+  int proposals = 4;  // root searches for each state
   std::uint64_t seed = 0;
   int threads = 0;
 };
 
+// A candidate of the last level with the way its motion ends.
+struct Leaf {
+  int candidate;
+  Leave leave;
+  double log_weight;
+  int violations;
+};
+
+// What a search has found, and all that it kept on the way.
+struct Beam {
+  std::vector<std::vector<Candidate>> levels;  // by event; as many as were reached
+  std::vector<Leaf> leaves;                    // complete motions, best first
+  double simulated_s = 0.0;
+};
+
+// Where a part of the whole lies in it, for progress.
+struct Share {
+  Progress* progress = nullptr;  // may be null
+  double from = 0.0, to = 1.0;
+
+  void raise_to(double fraction) const {
+    if (progress) progress->raise_to(from + (to - from) * fraction);
+  }
+};
+
+// `kept`, where given, is an earlier beam for marks that were the same up to and with event `same - 1`: its
+// levels up to there are gone on from.
+Beam search_beam(const Problem& problem, const BeamOptions& options, const Share& share,
+                 const Beam* kept = nullptr, std::size_t same = 0);
+
 // One event of a found motion.
 struct Link {
   Onset onset;
-  State after;              // the onset's outcome with its change
-  double excess = 0.0;      // of that change
-  double interval_s = 0.0;  // to the next event, simulated
+  Leave leave;
 };
 
+// A motion, event by event; of a candidate that reached the last level and how it ends.
 struct Found {
-  std::vector<Link>
-      links;  // of the marks that were reached, from the first; empty if there was nothing to begin with
-  double log_weight = 0.0;
-  std::size_t reached = 0;  // marks
-  bool complete = false;    // all of them, and the ending as asked
+  int body = 0;
+  std::vector<Link> links;
 };
 
-// `simulated_s` is raised by the time that was simulated.
-Found search_beam(const Body& body, const SearchPhysics& physics, const Marks& marks,
-                  const BeamOptions& options, Progress* progress, double progress_from, double progress_to,
-                  double& simulated_s);
+Found trace(const Beam& beam, int candidate, const Leave& leave);
+
+// Of the motions that the beam reached: the best leaf, else the candidate that came farthest. The beam must
+// have a level.
+Found best_of(const Beam& beam);
 
 }  // namespace ifa

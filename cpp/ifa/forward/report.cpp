@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ifa/forward/expand.hpp"
 #include "ifa/forward/start.hpp"
 
 namespace ifa {
@@ -42,12 +43,11 @@ void report_missed(const Motion& motion, const HearingOptions& hearing, double t
 
 }  // namespace
 
-Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks,
-                       const Found& found) {
+Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks, const Found& found,
+                       const Progress* progress) {
   const std::size_t n = marks.size(), links = found.links.size();
   const Vec3& gravity = physics.simulation.gravity_m_s2;
   const bool rest = marks.ending == Ending::rest;
-  Runner runner(body, physics);
   std::vector<Node> nodes;
   std::vector<Hit> hits;
   TimeMap time;
@@ -77,7 +77,8 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
 
     Record record;
     const double limit = last ? (rest ? kLongestRest_s : kOpenTail_s) : kNever;
-    Passage passage = runner.pass(link.onset, link.after, marks.durations_s[k], limit, &record);
+    Passage passage = record_passage(
+        body, physics, {link.onset.hit, link.leave.after, marks.durations_s[k], limit}, record, progress);
     append(nodes, hits, record, now);
 
     if (k == 0) first_amplitude = passage.event.amplitude;
@@ -94,30 +95,31 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
     }
     solution.max_energy_gain_j =
         std::max(solution.max_energy_gain_j,
-                 kinetic_energy(body, link.after) - kinetic_energy(body, link.onset.before));
+                 kinetic_energy(body, link.leave.after) - kinetic_energy(body, link.onset.before));
 
     time.simulated_s.push_back(now);
     time.motion_s.push_back(marks.times_s[k]);
     if (last) {
-      event.excess = std::max(event.excess, link.excess);
-      event.factors.velocity *= velocity_factor(link.excess);
+      event.excess = std::max(event.excess, link.leave.excess);
+      event.factors.velocity *= velocity_factor(link.leave.excess);
       // What no mark asked for, or could have, goes as physics has it, to rest.
       for (int more = 0; rest && passage.next != Next::rest && more < kMostUnasked; ++more) {
         now += passage.interval_s;
-        nodes.push_back({now, passage.before, nodes.back().phase});
-        const Onset onset = runner.strike(passage.before);
+        nodes.push_back({now, passage.end, nodes.back().phase});
+        const Onset onset = strike(body, physics, passage.end);
         Hit hit = onset.hit;
         hit.time_s = now;
         hits.push_back(hit);
         Record unasked;
-        passage = runner.pass(onset, onset.after, 0.0, kLongestRest_s, &unasked);
+        passage =
+            record_passage(body, physics, {onset.hit, onset.after, 0.0, kLongestRest_s}, unasked, progress);
         append(nodes, hits, unasked, now);
       }
       end = now + passage.interval_s;
-      nodes.push_back({end, passage.before, nodes.back().phase});
+      nodes.push_back({end, passage.end, nodes.back().phase});
       if (passage.next == Next::rest) {
         end = std::max(end, now + passage.rest_s + physics.simulation.rest_duration_s) + kStillAtEnd_s;
-        nodes.push_back({end, passage.before, Phase::rest});
+        nodes.push_back({end, passage.end, Phase::rest});
       } else if (passage.next != Next::late) {
         end -= kTailBeforeHit_s;
       }
@@ -126,8 +128,8 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
       const double target = marks.times_s[k + 1] - marks.times_s[k];
       next.error_s = passage.interval_s - target;
       next.retime = target / passage.interval_s;
-      next.excess = link.excess;
-      next.factors.velocity = velocity_factor(link.excess);
+      next.excess = link.leave.excess;
+      next.factors.velocity = velocity_factor(link.leave.excess);
       next.factors.time = time_factor(passage.interval_s, target);
       now += passage.interval_s;
     }

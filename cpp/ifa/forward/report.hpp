@@ -5,8 +5,8 @@
 
 namespace ifa {
 
-Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks,
-                       const Found& found);
+Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks, const Found& found,
+                       const Progress* progress = nullptr);
 
 // Whether a is better: plausible, then succeeded, then fewer missed and extra hits, then the score.
 bool better(const Solution& a, const Solution& b);

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <vector>
 
 namespace ifa {
 
@@ -12,65 +10,39 @@ struct RootPoint {
   double x, value;
 };
 
-// Closes in on the sign change between two points: regula falsi (Illinois), halving where an end is not
-// finite. At most `refinements` values; stops at |f| <= tolerance, or where `f` is undefined. `f` may jump,
-// and give +infinity.
-template <class Function>
-void close_in(RootPoint low, RootPoint high, Function&& f, double tolerance, int refinements) {
-  int moved = 0;  // the end that the last value replaced
-  for (int k = 0; k < refinements; ++k) {
-    double x = 0.5 * (low.x + high.x);
-    if (std::isfinite(low.value) && std::isfinite(high.value)) {
-      const double secant = (low.x * high.value - high.x * low.value) / (high.value - low.value);
-      const double edge = 1e-3 * (high.x - low.x);
-      x = std::clamp(secant, low.x + edge, high.x - edge);
-    }
-    const std::optional<double> value = f(x);
-    if (!value || std::abs(*value) <= tolerance) return;
-    if ((*value > 0.0) == (low.value > 0.0)) {
-      low = {x, *value};
-      if (moved < 0) high.value *= 0.5;
-      moved = -1;
-    } else {
-      high = {x, *value};
-      if (moved > 0) low.value *= 0.5;
-      moved = 1;
-    }
-  }
-}
+// Closes in on the sign change between two points, one value at a time, so that many brackets can be advanced
+// side by side: regula falsi (Illinois), halving where an end is not finite. The function may jump, and give
+// +infinity.
+class Bracket {
+ public:
+  Bracket(RootPoint low, RootPoint high) : low_(low), high_(high) {}
 
-// Tries `trials` in turn until two neighbours differ in sign, then closes in between them. Returns all finite
-// values seen, the best last. `f` gives nothing where it is undefined.
-template <class Function>
-std::vector<RootPoint> find_root(Function&& f, const std::vector<double>& trials, double tolerance,
-                                 int refinements) {
-  std::vector<RootPoint> seen;  // sorted by x
-  std::vector<RootPoint> finite;
-  const auto evaluate = [&](double x) -> std::optional<double> {
-    const std::optional<double> value = f(x);
-    if (value && std::isfinite(*value)) finite.push_back({x, *value});
-    return value;
-  };
-  const auto bracketed = [&] {
-    for (std::size_t i = 0; i + 1 < seen.size(); ++i) {
-      if ((seen[i].value > 0.0) == (seen[i + 1].value > 0.0)) continue;
-      close_in(seen[i], seen[i + 1], evaluate, tolerance, refinements);
-      return true;
-    }
-    return false;
-  };
-  for (const double trial : trials) {
-    const auto value = evaluate(trial);
-    if (!value) continue;
-    if (std::abs(*value) <= tolerance) break;
-    const auto after = [](const RootPoint& p, double x) { return p.x < x; };
-    seen.insert(std::lower_bound(seen.begin(), seen.end(), trial, after), {trial, *value});
-    if (bracketed()) break;
+  // Where the function is to be looked at next.
+  double next() const {
+    if (!std::isfinite(low_.value) || !std::isfinite(high_.value)) return 0.5 * (low_.x + high_.x);
+    const double secant = (low_.x * high_.value - high_.x * low_.value) / (high_.value - low_.value);
+    const double edge = 1e-3 * (high_.x - low_.x);
+    return std::clamp(secant, low_.x + edge, high_.x - edge);
   }
-  std::stable_sort(finite.begin(), finite.end(), [](const RootPoint& a, const RootPoint& b) {
-    return std::abs(a.value) > std::abs(b.value);
-  });
-  return finite;
-}
+
+  // Takes its value there, not NaN.
+  void add(RootPoint p) {
+    if ((p.value > 0.0) == (low_.value > 0.0)) {
+      low_ = p;
+      if (moved_ < 0) high_.value *= 0.5;
+      moved_ = -1;
+    } else {
+      high_ = p;
+      if (moved_ > 0) low_.value *= 0.5;
+      moved_ = 1;
+    }
+  }
+
+  double width() const { return high_.x - low_.x; }
+
+ private:
+  RootPoint low_, high_;
+  int moved_ = 0;  // the end that the last value replaced
+};
 
 }  // namespace ifa

@@ -15,15 +15,6 @@ struct Rung {
 };
 constexpr Rung kLadder[] = {{60, 3}, {150, 4}, {400, 4}, {1000, 5}, {2500, 6}};
 
-constexpr int kThriftyRung =
-    2;  // from here on the first plausible material ends the rung; before, the best one wins
-
-// Within the plausible region, then as far as a motion can go and still succeed.
-struct Tolerance {
-  double excess, retime;
-};
-constexpr Tolerance kTolerances[] = {{1.0, 0.07}, {4.0, 0.25}};
-
 std::vector<Material> materials_to_try(const Body& body, bool fit) {
   std::vector<Material> materials{body.material()};
   if (!fit) return materials;
@@ -34,12 +25,6 @@ std::vector<Material> materials_to_try(const Body& body, bool fit) {
     materials.push_back(material);
   }
   return materials;
-}
-
-Body with_material(const Body& body, const Material& material) {
-  Body::Definition definition = body.definition();
-  definition.material = material;
-  return Body::make(definition);
 }
 
 }  // namespace
@@ -62,13 +47,14 @@ Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions&
   };
   std::vector<Body> bodies;
   for (const Material& material : materials_to_try(body, options.fit_material))
-    bodies.push_back(with_material(body, material));
+    bodies.push_back(body.with_material(material));
+  const Problem problem{bodies, physics, marks};
 
   std::optional<Solution> best;
   const int first = options.rung >= 0 ? options.rung : 0,
             last = options.rung >= 0 ? options.rung : rung_count() - 1;
-  const double parts = static_cast<double>((last - first + 1) * std::size(kTolerances) * bodies.size());
-  double part = 0.0, rung_s = 0.0;
+  const double parts = last - first + 1;
+  double rung_s = 0.0;
   for (int rung = first; rung <= last; ++rung) {
     // A rung costs about as much more than the last one as it is larger; if it fails early, less. One that
     // would not get a quarter done within the budget is not begun.
@@ -78,28 +64,18 @@ Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions&
                           (kLadder[rung - 1].beam * kLadder[rung - 1].proposals);
       if (rung_began + 0.25 * more * rung_s > options.time_budget_s) break;
     }
-    // A result is the rung's own: what an earlier one found competes with it only as a whole.
-    std::optional<Solution> own;
-    double simulated_s = 0.0;
-    for (const Tolerance& tolerance : kTolerances) {
-      for (const Body& candidate : bodies) {
-        BeamOptions beam{kLadder[rung].beam, kLadder[rung].proposals, tolerance.excess, tolerance.retime,
-                         options.seed,       options.threads};
-        const Found found = search_beam(candidate, physics, marks, beam, progress, part / parts,
-                                        (part + 1.0) / parts, simulated_s);
-        part += 1.0;
-        if (found.links.empty()) continue;
-        Solution solution = make_solution(candidate, physics, marks, found);
-        solution.rung = rung;
-        if (!own || better(solution, *own)) own = std::move(solution);
-        if (own->plausible && rung >= kThriftyRung) break;
-      }
-      if (own && own->succeeded) break;
-    }
+    const Share share{progress, (rung - first) / parts, (rung - first + 1) / parts};
+    const Beam beam = search_beam(
+        problem, {kLadder[rung].beam, kLadder[rung].proposals, options.seed, options.threads}, share);
     rung_s = seconds_gone() - rung_began;
-    if (own) own->simulated_s = simulated_s;
-    if (own && (!best || better(*own, *best))) best = std::move(own);
-    if (best && best->plausible) break;
+    if (beam.levels.empty()) continue;
+    const Found found = best_of(beam);
+    Solution own =
+        make_solution(bodies[static_cast<std::size_t>(found.body)], physics, marks, found, progress);
+    own.rung = rung;
+    own.simulated_s = beam.simulated_s;
+    if (!best || better(own, *best)) best = std::move(own);
+    if (best->plausible) break;
   }
   if (progress) progress->raise_to(1.0);
   if (!best)

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
+#include "ifa/forward/root.hpp"
 #include "ifa/motion/sampling.hpp"
 
 namespace ifa {
@@ -77,6 +79,134 @@ std::optional<State> sample_touchdown(const Body& body, const SearchPhysics& phy
   s.angular_velocity = Vec3(0.0, 0.0, random.uniform(-3.0, 3.0));
   if (!usable(body, physics, options, s)) return std::nullopt;
   return s;
+}
+
+namespace {
+
+constexpr int kRefinements = 8;
+constexpr double kOnTime_s = 1e-5;
+constexpr double kLateShare = 1.35;  // a passage is followed this far beyond its target
+
+// A start whose speed along its heading is still sought.
+struct Throw {
+  State state;
+  Vec3 heading;
+  std::vector<RootPoint> seen;  // speed and lateness
+  std::optional<Bracket> bracket;
+  double trial = 0.0;  // speed to be looked at next; 0: none
+};
+
+// Looks at the trial speeds of all throws side by side.
+void look(const Problem& problem, Passages& passages, std::vector<Throw>& throws, const Progress* progress) {
+  const HearingOptions& hearing = problem.physics.hearing;
+  const double target = problem.target_s(0);
+  std::vector<State> before;
+  std::vector<std::size_t> owner;
+  for (std::size_t i = 0; i < throws.size(); ++i) {
+    if (throws[i].trial <= 0.0) continue;
+    owner.push_back(i);
+    before.push_back(throws[i].state);
+    before.back().velocity = throws[i].trial * throws[i].heading;
+  }
+  std::vector<Onset> onsets(before.size());
+  passages.strike(before, onsets);
+  std::vector<Departure> departures;
+  for (const Onset& onset : onsets)
+    departures.push_back({onset.hit, onset.after, problem.marks.durations_s[0], kLateShare * target});
+  std::vector<Passage> arrivals(departures.size());
+  passages.run(departures, arrivals, progress);
+  for (std::size_t j = 0; j < owner.size(); ++j) {
+    Throw& t = throws[owner[j]];
+    const double speed = std::exchange(t.trial, 0.0);
+    if (onsets[j].hit.approach_speed_m_s < hearing.audible_speed_m_s * (1.0 + problem.physics.margin)) {
+      t.bracket.reset();
+      continue;
+    }
+    const bool hit = arrivals[j].next == Next::hit || arrivals[j].next == Next::dubious;
+    t.seen.push_back({speed, hit ? arrivals[j].interval_s - target : kNever});
+  }
+}
+
+// The speed at which the second mark is met best; 0 if there is none.
+double best_speed(const Throw& t) {
+  RootPoint best{0.0, kNever};
+  for (const RootPoint& p : t.seen)
+    if (std::abs(p.value) < std::abs(best.value)) best = p;
+  return best.x;
+}
+
+void choose_speeds(const Problem& problem, Passages& passages, const StartOptions& start,
+                   std::vector<Throw>& throws, const Progress* progress) {
+  const double least = start.least_speed_m_s, most = start.most_speed_m_s;
+  for (int trial = 0; trial < 5; ++trial) {
+    for (Throw& t : throws) {
+      if (t.bracket) continue;
+      const double sampled = t.state.velocity.norm();
+      const double speeds[] = {sampled, 0.5 * (sampled + most), 0.5 * (sampled + least), most, least};
+      t.trial = speeds[trial];
+    }
+    look(problem, passages, throws, progress);
+    for (Throw& t : throws) {
+      if (t.bracket) continue;
+      std::stable_sort(t.seen.begin(), t.seen.end(),
+                       [](const RootPoint& a, const RootPoint& b) { return a.x < b.x; });
+      for (std::size_t i = 0; i + 1 < t.seen.size() && !t.bracket; ++i)
+        if ((t.seen[i].value > 0.0) != (t.seen[i + 1].value > 0.0))
+          t.bracket.emplace(t.seen[i], t.seen[i + 1]);
+    }
+  }
+  for (int refinement = 0; refinement < kRefinements; ++refinement) {
+    for (Throw& t : throws)
+      if (t.bracket) t.trial = t.bracket->next();
+    look(problem, passages, throws, progress);
+    for (Throw& t : throws) {
+      if (!t.bracket) continue;
+      t.bracket->add(t.seen.back());
+      if (std::abs(t.seen.back().value) <= kOnTime_s) t.bracket.reset();
+    }
+  }
+}
+
+}  // namespace
+
+void begin_candidates(const Problem& problem, int body_index, Passages& passages,
+                      std::span<RandomStream> random, std::vector<Candidate>& out, const Progress* progress) {
+  const Body& body = problem.bodies[static_cast<std::size_t>(body_index)];
+  const Marks& marks = problem.marks;
+  const Vec3& gravity = problem.physics.simulation.gravity_m_s2;
+  const StartOptions start = start_options(body, marks, gravity.norm());
+  const bool single = marks.size() == 1;
+  std::vector<Throw> throws;
+  for (RandomStream& r : random) {
+    const auto sampled = single && marks.ending == Ending::rest
+                             ? sample_touchdown(body, problem.physics, start, r)
+                             : sample_start(body, problem.physics, start, r);
+    if (sampled) throws.push_back({*sampled, sampled->velocity.normalized(), {}, {}});
+  }
+  std::vector<State> states;
+  bool any = single;
+  if (!single) {
+    choose_speeds(problem, passages, start, throws, progress);
+    for (const Throw& t : throws) any |= best_speed(t) > 0.0;
+  }
+  for (const Throw& t : throws) {
+    State s = t.state;
+    const double speed = single ? 0.0 : best_speed(t);
+    if (any && !single) {
+      if (speed == 0.0) continue;
+      s.velocity = speed * t.heading;
+      if (clear_before(body, s, gravity, start.clear_s) < start.clear_s) continue;
+    }
+    states.push_back(s);
+  }
+  std::vector<Onset> onsets(states.size());
+  passages.strike(states, onsets);
+  for (const Onset& onset : onsets) {
+    Candidate candidate;
+    candidate.onset = onset;
+    candidate.body = body_index;
+    out.push_back(candidate);
+  }
 }
 
 }  // namespace ifa

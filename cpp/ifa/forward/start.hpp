@@ -2,9 +2,11 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "ifa/base/random.hpp"
-#include "ifa/forward/transition.hpp"
+#include "ifa/forward/candidate.hpp"
 
 namespace ifa {
 
@@ -29,6 +31,12 @@ std::optional<State> sample_start(const Body& body, const SearchPhysics& physics
 // mark: the end of a random drop, tilted by 1e-4 to 0.1 rad, falling at 0.06 to 1 m/s. None as above.
 std::optional<State> sample_touchdown(const Body& body, const SearchPhysics& physics,
                                       const StartOptions& options, RandomStream& random);
+
+// First contacts of one body, one at most from each stream, appended: their speeds are chosen so that the
+// second mark is met without any change. Where no start leads to a second hit at all, those that just end
+// there.
+void begin_candidates(const Problem& problem, int body, Passages& passages, std::span<RandomStream> random,
+                      std::vector<Candidate>& out, const Progress* progress);
 
 // How long the flight before `first` can be followed backwards before something touches the ground, at most
 // `limit_s`.

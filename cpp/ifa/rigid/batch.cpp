@@ -39,7 +39,7 @@ struct Sample : lanes::Sim {
 // Writes what the samples of one chunk yield.
 class Recorder {
  public:
-  static constexpr bool kWantsLoads = false;
+  static constexpr bool kStrikesAtStart = true, kWantsLoads = false;
 
   Recorder(Flock<Sample>& flock, std::span<const std::size_t> samples, std::span<const State> states,
            const BatchOptions& options, const BatchOutputs& out, std::function<void()> finished)

@@ -136,4 +136,10 @@ Body Body::make(Definition definition) {
   return body;
 }
 
+Body Body::with_material(const Material& material) const {
+  Definition definition = definition_;
+  definition.material = material;
+  return make(std::move(definition));
+}
+
 }  // namespace ifa

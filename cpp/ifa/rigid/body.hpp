@@ -41,6 +41,9 @@ class Body {
   // outside [0, 1], negative friction.
   static Body make(Definition definition);
 
+  // The same body of another material. Throws as make() does.
+  Body with_material(const Material& material) const;
+
   const std::string& name() const { return definition_.name; }
   const Definition& definition() const { return definition_; }
   const Material& material() const { return definition_.material; }

@@ -14,11 +14,13 @@ namespace ifa {
 // Simulations that need the same step next wait in one queue, by the number of points that touch, so that the
 // lanes of a pack have alike work. What a simulation yields does not depend on its company.
 //
-// `Member` derives from lanes::Sim and holds what the client keeps for one simulation. The client has
+// `Member` derives from lanes::Sim and holds what the client keeps for one simulation. The client says
+// whether points that approach at the start strike there (kStrikesAtStart), whether it wants loads
+// (kWantsLoads), and has
 //   bool begin(Member&)                              fills in the next simulation; false: there is none left
 //   void impact(Member&)                             at an impact, before it is resolved
 //   bool resolved(Member&, const lanes::HitData&)    after; false ends the simulation
-//   void loaded(Member&, const lanes::LoadData&)     after a step of sustained contact, if kWantsLoads
+//   void loaded(Member&, const lanes::LoadData&)     after a step of sustained contact
 //   void ended(Member&, lanes::Stop)                 at rest or at until_s
 template <class Member>
 class Flock {
@@ -46,7 +48,7 @@ class Flock {
         more = client.begin(m);
         if (!more) break;
         idle_.pop_back();
-        if (lanes::kScalarKernels.separation_speed(body_, m) < 0.0)
+        if (Client::kStrikesAtStart && lanes::kScalarKernels.separation_speed(body_, m) < 0.0)
           queues_[kResolve].push_back(&m);
         else
           wait(m);
@@ -69,8 +71,8 @@ class Flock {
 
   template <class Client>
   void advance(Client& client, std::vector<Member*>& queue, int kind) {
-    std::array<Member*, kWidest> members;
-    std::array<lanes::Sim*, kWidest> sims;
+    std::array<Member*, kWidest> members{};
+    std::array<lanes::Sim*, kWidest> sims{};
     std::array<lanes::Stop, kWidest> stops{};
     const int count = std::min<int>(kernels_.width, static_cast<int>(queue.size()));
     for (int i = 0; i < count; ++i) {

@@ -1,0 +1,49 @@
+// What the beam holds: states that have reached an event, and how they came there.
+#pragma once
+
+#include <vector>
+
+#include "ifa/forward/passage.hpp"
+#include "ifa/signature/factors.hpp"
+#include "ifa/signature/marks.hpp"
+
+namespace ifa {
+
+// How far an impact may be changed (|C v_eval|^2) and an interval retimed (ratio - 1).
+struct Tolerance {
+  double excess, retime;
+};
+inline constexpr Tolerance kPlausible{1.0, 0.07};
+inline constexpr Tolerance kTolerable{4.0, 0.25};  // as far as a motion can go and still succeed
+
+// What is to be solved, and with which bodies: they differ in their materials alone.
+struct Problem {
+  const std::vector<Body>& bodies;
+  const SearchPhysics& physics;
+  const Marks& marks;
+
+  double target_s(std::size_t k) const { return marks.times_s[k + 1] - marks.times_s[k]; }
+};
+
+// How an event was left.
+struct Leave {
+  State after;  // the impact's outcome with its change
+  double excess = 0.0;
+  double interval_s = 0.0;  // to the next event, simulated
+};
+
+struct Candidate {
+  Onset onset;
+  int parent = -1, start = -1;  // indices at the level before, and at the first
+  int body = 0;
+  Leave from;                    // the parent's event
+  double log_weight = 0.0;       // all factors of the events before, and of the transitions
+  double first_amplitude = 0.0;  // of the first event
+  int violations = 0;            // marks that were met, but not plausibly
+  double outlook = 0.0;          // a guess of the log weight to come
+  Passage unchanged;             // how it goes on without a change
+
+  double rank() const { return log_weight + outlook; }
+};
+
+}  // namespace ifa

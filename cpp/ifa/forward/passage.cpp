@@ -1,0 +1,179 @@
+#include "ifa/forward/passage.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace ifa {
+namespace {
+
+constexpr int kMostImpacts =
+    60;  // in one passage: chatter, which no viewer could follow, and each costs time
+
+Hit hit_of(double time_s, const lanes::HitData& data) {
+  return {time_s, Eigen::Map<const Vec3>(data.impulse), data.approach_speed,
+          Eigen::Map<const Vec3>(data.position)};
+}
+
+}  // namespace
+
+Listener::Listener(const SearchPhysics& physics, const Departure& departure)
+    : physics_(&physics), span_s_(departure.span_s), event_(physics.hearing, departure.span_s) {
+  event_.begin(departure.first);
+}
+
+bool Listener::begins_next(double time_s, double approach_speed_m_s) {
+  const HearingOptions& hearing = physics_->hearing;
+  if (impacts_ >= kMostImpacts) {
+    dubious_ = true;
+    return true;
+  }
+  dubious_ |= std::abs(approach_speed_m_s / hearing.audible_speed_m_s - 1.0) < physics_->margin;
+  if (approach_speed_m_s < hearing.audible_speed_m_s) return false;
+  const double gap = time_s - event_.last_s();
+  if (!event_.chains(time_s)) {
+    dubious_ |= gap < hearing.merge_gap_s * (1.0 + physics_->margin);
+    return true;
+  }
+  dubious_ |= gap > hearing.merge_gap_s * (1.0 - physics_->margin) && span_s_ == 0.0;
+  return false;
+}
+
+void Listener::add(const Hit& hit) {
+  ++impacts_;
+  if (event_.audible(hit)) event_.add(hit);
+}
+
+Passage Listener::ended(Next next, double time_s, const State& end, double rest_s) {
+  Passage passage;
+  passage.next = dubious_ && next != Next::late ? Next::dubious : next;
+  passage.interval_s = time_s;
+  passage.event = event_.event();
+  passage.end = end;
+  passage.rest_s = rest_s;
+  return passage;
+}
+
+class Passages::Client {
+ public:
+  static constexpr bool kStrikesAtStart = false, kWantsLoads = true;
+
+  Client(Passages& owner, std::span<const Departure> departures, std::span<Passage> out)
+      : owner_(owner), departures_(departures), out_(out) {}
+
+  bool begin(Member& m) {
+    if (next_ == departures_.size()) return false;
+    m.index = next_++;
+    const Departure& departure = departures_[m.index];
+    static_cast<lanes::Sim&>(m) =
+        begin_sim(owner_.flock_.body(), owner_.flock_.settings(), departure.after, 0.0);
+    m.until_s = departure.limit_s;
+    m.listener.emplace(owner_.physics_, departure);
+    return true;
+  }
+
+  void loaded(Member& m, const lanes::LoadData& load) {
+    m.listener->add(Load{load.begin_s, load.length_s, load.normal_impulse, load.slip_speed});
+  }
+
+  void impact(Member& m) { m.before = state_of(m); }
+
+  bool resolved(Member& m, const lanes::HitData& data) {
+    if (!m.listener->begins_next(m.time_s, data.approach_speed)) {
+      m.listener->add(hit_of(m.time_s, data));
+      return true;
+    }
+    Passage& passage = finish(m, m.listener->ended(Next::hit, m.time_s, m.before));
+    passage.onset = {m.before, state_of(m), hit_of(0.0, data)};
+    return false;
+  }
+
+  void ended(Member& m, lanes::Stop stop) {
+    const bool rest = stop == lanes::Stop::rest;
+    finish(m, m.listener->ended(rest ? Next::rest : Next::late, m.time_s, state_of(m),
+                                rest ? m.slow_since_s : 0.0));
+  }
+
+ private:
+  Passage& finish(const Member& m, const Passage& passage) {
+    owner_.simulated_s_ += passage.interval_s;
+    return out_[m.index] = passage;
+  }
+
+  Passages& owner_;
+  std::span<const Departure> departures_;
+  std::span<Passage> out_;
+  std::size_t next_ = 0;
+};
+
+Passages::Passages(const Body& body, const SearchPhysics& physics)
+    : physics_(physics),
+      kernels_(*lanes::available_kernels().back()),
+      flock_(body, physics.simulation, kernels_),
+      dull_(view_of(body)) {
+  dull_.restitution = 0.0;
+}
+
+void Passages::run(std::span<const Departure> departures, std::span<Passage> out, const Progress* progress) {
+  Client client(*this, departures, out);
+  flock_.run(client, progress);
+}
+
+void Passages::strike(std::span<const State> before, std::span<Onset> out) {
+  constexpr std::size_t kWidest = 8;
+  const std::size_t width = static_cast<std::size_t>(kernels_.width);
+  for (std::size_t from = 0; from < before.size(); from += width) {
+    std::array<lanes::Sim, kWidest> sims;
+    std::array<lanes::Sim*, kWidest> pointers;
+    std::array<lanes::HitData, kWidest> hits;
+    const std::size_t count = std::min(width, before.size() - from);
+    for (std::size_t i = 0; i < count; ++i) {
+      sims[i] = begin_sim(flock_.body(), flock_.settings(), before[from + i], 0.0);
+      pointers[i] = &sims[i];
+    }
+    kernels_.resolve(flock_.body(), flock_.settings(), pointers.data(), static_cast<int>(count), hits.data());
+    for (std::size_t i = 0; i < count; ++i)
+      out[from + i] = {before[from + i], state_of(sims[i]), hit_of(0.0, hits[i])};
+  }
+}
+
+bool Passages::settle(State& state) const {
+  lanes::Sim sim = begin_sim(dull_, flock_.settings(), state, 0.0);
+  constexpr double kRounding = 1e-9;  // m/s
+  if (lanes::kScalarKernels.separation_speed(dull_, sim) >= -kRounding) return false;
+  lanes::Sim* const sims[1] = {&sim};
+  lanes::HitData hit;
+  lanes::kScalarKernels.resolve(dull_, flock_.settings(), sims, 1, &hit);
+  state = state_of(sim);
+  return true;
+}
+
+Passage record_passage(const Body& body, const SearchPhysics& physics, const Departure& departure,
+                       Record& record, const Progress* progress) {
+  Listener listener(physics, departure);
+  std::vector<Load> loads;
+  EventSimulation simulation(body, physics.simulation);
+  simulation.start(departure.after, 0.0, &record.nodes, &loads, progress);
+  for (;;) {
+    const auto stop = simulation.advance(departure.limit_s);
+    for (const Load& load : loads) listener.add(load);
+    loads.clear();
+    const double now = simulation.time_s();
+    if (stop == EventSimulation::Stop::rest)
+      return listener.ended(Next::rest, now, simulation.state(), simulation.rest_s());
+    if (stop == EventSimulation::Stop::time_limit) return listener.ended(Next::late, now, simulation.state());
+    if (listener.begins_next(now, simulation.approach_speed()))
+      return listener.ended(Next::hit, now, simulation.state());
+    const Hit hit = simulation.resolve();
+    listener.add(hit);
+    record.hits.push_back(hit);
+  }
+}
+
+Onset strike(const Body& body, const SearchPhysics& physics, const State& before) {
+  EventSimulation simulation(body, physics.simulation);
+  simulation.start(before, 0.0);
+  const Hit hit = simulation.resolve();
+  return {before, simulation.state(), hit};
+}
+
+}  // namespace ifa

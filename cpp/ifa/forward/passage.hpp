@@ -1,0 +1,115 @@
+// A passage: from just after the impact of one event to the impact that the next one begins with.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "ifa/base/progress.hpp"
+#include "ifa/rigid/event_engine.hpp"
+#include "ifa/rigid/flock.hpp"
+#include "ifa/signature/events.hpp"
+
+namespace ifa {
+
+struct SearchPhysics {
+  SimulationOptions simulation;
+  HearingOptions hearing;
+  // Hits within this share of the audible speed, and gaps within this share of the merge gap, could be judged
+  // either way by whoever checks the motion: a motion that has one is not used.
+  double margin = 0.05;
+  double energy_gain_j = 0.0;
+};
+
+// The impact an event begins with.
+struct Onset {
+  State before, after;  // principal axes; `after` as physics has it, before any change
+  Hit hit;              // its time is 0
+};
+
+enum class Next { hit, rest, late, dubious };
+
+struct Passage {
+  Next next = Next::late;
+  double interval_s = 0.0;  // from the event to the next one (or to where the run ended)
+  Event event;              // the event it began with, chain and all
+  Onset onset;              // where next is hit or dubious: of the next event
+  State end;                // where it ended; before the next event's impact
+  double rest_s = 0.0;      // where next is rest: when it began, from the event
+};
+
+// Where a passage begins.
+struct Departure {
+  Hit first;       // of the event
+  State after;     // in place of the impact's own outcome
+  double span_s;   // duration of the mark that the event shall meet
+  double limit_s;  // when it is given up
+};
+
+// Judges what is heard on the way. Times are from the event.
+class Listener {
+ public:
+  Listener(const SearchPhysics& physics, const Departure& departure);
+
+  void add(const Load& load) { event_.add(load); }
+
+  // An impact that comes: whether the next event begins with it. If not, `add` it.
+  bool begins_next(double time_s, double approach_speed_m_s);
+  void add(const Hit& hit);
+
+  Passage ended(Next next, double time_s, const State& end, double rest_s = 0.0);
+
+ private:
+  const SearchPhysics* physics_;
+  double span_s_;
+  EventBuilder event_;
+  bool dubious_ = false;
+  int impacts_ = 0;
+};
+
+// Many passages of one body, side by side. Not thread-safe; make one for each worker. Body and physics must
+// outlive it.
+class Passages {
+ public:
+  Passages(const Body& body, const SearchPhysics& physics);
+
+  // out[i] of departures[i]. A cancelled `progress` ends it with Cancelled.
+  void run(std::span<const Departure> departures, std::span<Passage> out, const Progress* progress);
+
+  // The impacts of states that touch the ground.
+  void strike(std::span<const State> before, std::span<Onset> out);
+
+  // Makes touching points not approach any more, without restitution; true if there was something to do.
+  bool settle(State& state) const;
+
+  double simulated_s() const { return simulated_s_; }
+
+ private:
+  struct Member : lanes::Sim {
+    std::size_t index;
+    std::optional<Listener> listener;
+    State before;
+  };
+  class Client;
+
+  const SearchPhysics& physics_;
+  const lanes::Kernels& kernels_;
+  Flock<Member> flock_;
+  lanes::BodyView dull_;
+  double simulated_s_ = 0.0;
+};
+
+// Where a recorded passage goes.
+struct Record {
+  std::vector<Node> nodes;
+  std::vector<Hit> hits;  // audible or not, without the onset's
+};
+
+// One passage, with what lies on the way; the same bytes as in Passages. `onset` is left as it is.
+Passage record_passage(const Body& body, const SearchPhysics& physics, const Departure& departure,
+                       Record& record, const Progress* progress = nullptr);
+
+Onset strike(const Body& body, const SearchPhysics& physics, const State& before);
+
+}  // namespace ifa

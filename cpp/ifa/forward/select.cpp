@@ -1,0 +1,111 @@
+#include "ifa/forward/select.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+namespace ifa {
+namespace {
+
+constexpr double kEnergyBand = 0.4;        // width of a band of energy, in its logarithm
+constexpr std::size_t kFewestStarts = 10;  // that a full beam descends from
+
+class Selection {
+ public:
+  Selection(const std::vector<Candidate>& all, std::size_t room)
+      : all_(all), room_(room), taken_(all.size(), 0) {}
+
+  bool full() const { return kept_.size() >= room_; }
+  bool taken(std::size_t i) const { return taken_[i]; }
+  std::size_t size() const { return kept_.size(); }
+  const std::vector<std::size_t>& kept() const { return kept_; }
+  void relax() { strict_ = false; }
+
+  bool take(std::size_t i) {
+    if (taken_[i] || full()) return false;
+    std::size_t& siblings = of_parent_[all_[i].parent];
+    std::size_t& relatives = of_start_[all_[i].start];
+    if (strict_ && (siblings >= kMostChildren || relatives >= room_ / kFewestStarts + 1)) return false;
+    taken_[i] = 1;
+    ++siblings;
+    ++relatives;
+    kept_.push_back(i);
+    return true;
+  }
+
+ private:
+  const std::vector<Candidate>& all_;
+  std::size_t room_;
+  std::vector<char> taken_;
+  std::vector<std::size_t> kept_;
+  std::map<int, std::size_t> of_parent_, of_start_;
+  bool strict_ = true;
+};
+
+// Takes in turn from each group, its first ones first, until `until` are kept or nothing is left.
+template <class Key>
+void take_evenly(Selection& selection, const std::map<Key, std::vector<std::size_t>>& groups,
+                 std::size_t until) {
+  std::map<Key, std::size_t> next;
+  for (bool more = true; more && selection.size() < until;) {
+    more = false;
+    for (const auto& [key, members] : groups) {
+      std::size_t& at = next[key];
+      while (at < members.size() && !selection.take(members[at++])) {
+      }
+      more |= at < members.size();
+      if (selection.size() >= until) return;
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Candidate> select(std::vector<Candidate>&& all, const Problem& problem, std::size_t room,
+                              bool even) {
+  std::vector<std::size_t> order(all.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    if (all[a].violations != all[b].violations) return all[a].violations < all[b].violations;
+    return all[a].rank() > all[b].rank();
+  });
+
+  Selection selection(all, room);
+  for (std::size_t from = 0; from < order.size() && !selection.full();) {
+    std::size_t to = from;  // of one number of violations
+    while (to < order.size() && all[order[to]].violations == all[order[from]].violations) ++to;
+    const std::size_t left = room - selection.size();
+    const auto group = std::span(order).subspan(from, to - from);
+    if (even) {
+      std::map<int, std::vector<std::size_t>> of_body;
+      for (const std::size_t i : group) of_body[all[i].body].push_back(i);
+      if (of_body.size() > 1) take_evenly(selection, of_body, selection.size() + left / 2);
+    }
+    const std::size_t by_rank = room - left + (left + 1) / 2;
+    for (const std::size_t i : group) {
+      if (selection.size() >= by_rank) break;
+      selection.take(i);
+    }
+    std::map<int, std::vector<std::size_t>> bands;
+    for (const std::size_t i : group) {
+      if (selection.taken(i)) continue;
+      const double energy =
+          kinetic_energy(problem.bodies[static_cast<std::size_t>(all[i].body)], all[i].onset.after);
+      bands[static_cast<int>(std::floor(std::log(std::max(energy, 1e-300)) / kEnergyBand))].push_back(i);
+    }
+    take_evenly(selection, bands, room);
+    from = to;
+  }
+  selection.relax();  // where too few families are left, what there is
+  for (const std::size_t i : order) selection.take(i);
+
+  std::vector<Candidate> kept;
+  kept.reserve(selection.size());
+  for (const std::size_t i : selection.kept()) kept.push_back(std::move(all[i]));
+  std::stable_sort(kept.begin(), kept.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.body < b.body; });
+  return kept;
+}
+
+}  // namespace ifa
