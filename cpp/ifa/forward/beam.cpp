@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
 #include <numeric>
 
 #include "ifa/base/parallel.hpp"
@@ -14,8 +17,11 @@ namespace {
 
 constexpr std::size_t kStartsPerState = 12;
 constexpr std::size_t kStartChunk = 32, kChunk = 16;  // what one thread takes at once
-constexpr int kRounds = 4;                            // of plausible proposals for a level, at most
-constexpr int kLooseRounds = 2;                       // of those beyond, where too few are plausible
+constexpr std::size_t kBatches = 4;
+constexpr int kVariants = 4;
+constexpr int kFinishRounds = 4;
+constexpr int kRounds = 3;       // of plausible proposals for a level, at most
+constexpr int kLooseRounds = 2;  // of those beyond, where too few are plausible
 
 struct Chunk {
   int body;
@@ -24,9 +30,9 @@ struct Chunk {
 
 // Neighbours of one body.
 template <class BodyOf>
-std::vector<Chunk> chunks_of(std::size_t n, std::size_t most, BodyOf&& body_of) {
+std::vector<Chunk> chunks_of(std::size_t from, std::size_t to, std::size_t most, BodyOf&& body_of) {
   std::vector<Chunk> chunks;
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = from; i < to; ++i) {
     if (chunks.empty() || chunks.back().body != body_of(i) || chunks.back().size == most)
       chunks.push_back({body_of(i), i, 0});
     ++chunks.back().size;
@@ -45,23 +51,23 @@ class Search {
   void begin() {
     const std::size_t bodies = problem_.bodies.size();
     const std::size_t each = (room() * kStartsPerState + bodies - 1) / bodies;
-    std::vector<Candidate>& level = beam_.levels.emplace_back();
     const auto chunks =
-        chunks_of(each * bodies, kStartChunk, [&](std::size_t i) { return static_cast<int>(i / each); });
-    level = collect(chunks, [&](const Chunk& chunk, Expander& expander, std::vector<Candidate>& out) {
-      std::vector<RandomStream> random;
-      for (std::size_t i = 0; i < chunk.size; ++i) random.push_back(stream(0, chunk.from + i));
-      begin_candidates(problem_, chunk.body, expander.passages(), random, out, progress_);
-      expander.look_ahead(out, 0);
-    });
-    std::stable_sort(level.begin(), level.end(),
-                     [](const Candidate& a, const Candidate& b) { return a.body < b.body; });
+        chunks_of(0, each * bodies, kStartChunk, [&](std::size_t i) { return static_cast<int>(i / each); });
+    Level& level = beam_.levels.emplace_back();
+    level.candidates =
+        collect(chunks, [&](const Chunk& chunk, Expander& expander, std::vector<Candidate>& out) {
+          std::vector<RandomStream> random;
+          for (std::size_t i = 0; i < chunk.size; ++i) random.push_back(stream(0, chunk.from + i));
+          begin_candidates(problem_, chunk.body, expander.passages(), random, out, progress_);
+          expander.look_ahead(out, 0);
+        });
+    level.batch_ends = {level.candidates.size()};
   }
 
   // The last level again, for marks that have changed after it.
   void look_again() {
-    std::vector<Candidate>& level = beam_.levels.back();
-    const auto chunks = chunks_of(level.size(), kChunk, [&](std::size_t i) { return level[i].body; });
+    std::vector<Candidate>& level = beam_.levels.back().candidates;
+    const auto chunks = chunks_of(0, level.size(), kChunk, [&](std::size_t i) { return level[i].body; });
     each_chunk(chunks, [&](std::size_t c, Expander& expander) {
       expander.look_ahead(std::span(level).subspan(chunks[c].from, chunks[c].size), beam_.levels.size() - 1);
     });
@@ -69,64 +75,100 @@ class Search {
 
   // Children of the last level.
   void advance(std::size_t k) {
-    const std::vector<Candidate>& parents = beam_.levels[k];
-    const auto chunks = chunks_of(parents.size(), kChunk, [&](std::size_t i) { return parents[i].body; });
+    const std::vector<Candidate>& parents = beam_.levels[k].candidates;
+    const std::vector<std::size_t>& ends = beam_.levels[k].batch_ends;
+    const auto chunks_between = [&](std::size_t from, std::size_t to) {
+      return chunks_of(from, to, kChunk, [&](std::size_t i) { return parents[i].body; });
+    };
     std::vector<Candidate> all;
+    const auto add = [&](std::vector<Candidate>&& more) {
+      std::move(more.begin(), more.end(), std::back_inserter(all));
+    };
     if (k == 0)  // the starts were chosen so that they meet the second mark
-      all = collect(chunks, [&](const Chunk& chunk, Expander& expander, std::vector<Candidate>& out) {
-        expander.follow(std::span(parents).subspan(chunk.from, chunk.size), chunk.from, k, kPlausible, out);
-      });
-    const auto expand = [&](int round, const Tolerance& tolerance) {
-      const ExpandOptions how{options_.proposals, tolerance, round};
-      auto more = collect(chunks, [&](const Chunk& chunk, Expander& expander, std::vector<Candidate>& out) {
+      add(collect(chunks_between(0, parents.size()),
+                  [&](const Chunk& chunk, Expander& expander, std::vector<Candidate>& out) {
+                    expander.follow(std::span(parents).subspan(chunk.from, chunk.size), chunk.from, k, out);
+                  }));
+    const auto expand = [&](std::size_t from, std::size_t to, int round, const Tolerance& tolerance) {
+      const ExpandOptions how{options_.proposals, kVariants, tolerance, round == 0};
+      add(collect(chunks_between(from, to), [&](const Chunk& chunk, Expander& expander,
+                                                std::vector<Candidate>& out) {
         std::vector<RandomStream> random;
         for (std::size_t i = 0; i < chunk.size; ++i)
           random.push_back(
               stream((k + 1) * (kRounds + kLooseRounds) + static_cast<std::size_t>(round), chunk.from + i));
         expander.expand(std::span(parents).subspan(chunk.from, chunk.size), chunk.from, k, how, random, out);
-      });
-      std::move(more.begin(), more.end(), std::back_inserter(all));
+      }));
     };
-    for (int round = 0; round < kRounds && fitting(all) < room(); ++round) {
-      if (round >= kRounds / 2 && fitting(all) == 0) break;  // out of reach: more of the same would not help
-      expand(round, kPlausible);
+    // The best ones, then those that were left out, then all again, until there are enough.
+    std::size_t from = 0;
+    for (const std::size_t end : ends) {
+      if (fitting(all, k) >= (from == 0 ? room() : room() / 2)) break;
+      expand(from, end, 0, kPlausible);
+      from = end;
     }
-    for (int round = 0; round < kLooseRounds && fitting(all) < room() / 4; ++round)
-      expand(kRounds + round, kTolerable);
+    for (int round = 1; round < kRounds && fitting(all, k) < room() / 2; ++round) {
+      if (round >= kRounds / 2 && fitting(all, k) == 0)
+        break;  // out of reach: more of the same would not help
+      expand(0, ends.back(), round, kPlausible);
+    }
+    for (int round = 0; round < kLooseRounds && fitting(all, k) < room() / 8; ++round)
+      expand(0, ends.front(), kRounds + round, kTolerable);
+    if (getenv("IFA_DBG")) {
+      std::size_t fit = fitting(all, k), hit = 0, late = 0, rest = 0;
+      double e0 = 1e9, e1 = 0, best = -1e9, g0 = 0, g1 = 0;
+      std::map<int, int> viol, bodies;
+      for (auto& c : all) {
+        viol[c.violations]++;
+        if (c.violations == 0) bodies[c.body]++;
+        best = std::max(best, c.rank());
+        e0 = std::min(e0, kinetic_energy(problem_.bodies[c.body], c.onset.after));
+        e1 = std::max(e1, kinetic_energy(problem_.bodies[c.body], c.onset.after));
+      }
+      for (auto& c : parents) {
+        hit += c.unchanged.next == Next::hit;
+        late += c.unchanged.next == Next::late;
+        rest += c.unchanged.next == Next::rest;
+        g0 += c.unchanged.interval_s < problem_.target_s(k) * 0.95;
+        g1 += c.unchanged.interval_s > problem_.target_s(k) * 1.05;
+      }
+      fprintf(stderr,
+              "k %zu gap %.0f ms parents %zu (hit %zu late %zu rest %zu early %g after %g) children %zu fit "
+              "%zu best %.2f E %.2g..%.2g viol",
+              k, 1e3 * problem_.target_s(k), parents.size(), hit, late, rest, g0, g1, all.size(), fit, best,
+              e0, e1);
+      for (auto [v, c] : viol) fprintf(stderr, " %d:%d", v, c);
+      fprintf(stderr, " bodies");
+      for (auto [v, c] : bodies) fprintf(stderr, " %d:%d", v, c);
+      fprintf(stderr, "\n");
+    }
     const bool even = 2 * k <= problem_.marks.size();
-    auto next = select(std::move(all), problem_, room(), even);
-    if (!next.empty()) beam_.levels.push_back(std::move(next));
+    auto next = select(std::move(all), problem_, room(), kBatches, even);
+    if (!next.candidates.empty()) beam_.levels.push_back(std::move(next));
   }
 
   // The ways in which candidates of the last level end as asked. At first nothing is changed any more; if
   // none then ends so, the last impact may be changed too, and its excess counts.
   void finish() {
-    const std::vector<Candidate>& last = beam_.levels.back();
-    const bool rest = problem_.marks.ending == Ending::rest;
+    const std::vector<Candidate>& last = beam_.levels.back().candidates;
     for (std::size_t i = 0; i < last.size(); ++i) {
-      const Next next = last[i].unchanged.next;
-      if (next == Next::dubious || (rest && next != Next::rest)) continue;
+      if (!ends_as_asked(last[i].unchanged, problem_.marks.ending)) continue;
       add_leaf(i, {last[i].onset.after, 0.0, 0.0}, last[i].unchanged.event);
     }
-    struct Attempt {
-      int changes;
-      double excess;
-    };
-    for (const Attempt attempt :
-         {Attempt{12, kPlausible.excess}, Attempt{80, kPlausible.excess}, Attempt{80, kTolerable.excess}}) {
+    for (const Tolerance& tolerance : {kPlausible, kTolerable}) {
       if (!beam_.leaves.empty()) break;
-      const auto chunks = chunks_of(last.size(), kChunk, [&](std::size_t i) { return last[i].body; });
+      const auto chunks = chunks_of(0, last.size(), kChunk, [&](std::size_t i) { return last[i].body; });
       std::vector<std::vector<Trial>> trials(chunks.size());
       each_chunk(chunks, [&](std::size_t c, Expander& expander) {
         std::vector<RandomStream> random;
         for (std::size_t i = 0; i < chunks[c].size; ++i)
           random.push_back(stream(problem_.marks.size() * (kRounds + kLooseRounds), chunks[c].from + i));
-        trials[c] = expander.finish(std::span(last).subspan(chunks[c].from, chunks[c].size), attempt.changes,
-                                    attempt.excess, random);
+        trials[c] = expander.finish(std::span(last).subspan(chunks[c].from, chunks[c].size), kFinishRounds,
+                                    tolerance.excess, random);
       });
       for (std::size_t c = 0; c < chunks.size(); ++c)
         for (const Trial& t : trials[c])
-          if (t.excess <= attempt.excess)
+          if (t.excess <= tolerance.excess)
             add_leaf(chunks[c].from + t.candidate, {t.after, t.excess, 0.0}, t.passage.event);
     }
     std::stable_sort(beam_.leaves.begin(), beam_.leaves.end(), [](const Leaf& a, const Leaf& b) {
@@ -166,11 +208,13 @@ class Search {
   }
 
   // How many of them would be kept for their own sake: plausible, and not too many of one parent.
-  static std::size_t fitting(const std::vector<Candidate>& all) {
+  std::size_t fitting(const std::vector<Candidate>& all, std::size_t k) const {
+    const bool last = k + 2 == problem_.marks.size();
     std::vector<std::size_t> born;
     std::size_t n = 0;
     for (const Candidate& c : all) {
       if (c.violations > 0) continue;
+      if (last && ends_as_asked(c.unchanged, problem_.marks.ending)) return room();
       const auto parent = static_cast<std::size_t>(c.parent);
       if (parent >= born.size()) born.resize(parent + 1, 0);
       if (born[parent]++ < kMostChildren) ++n;
@@ -179,7 +223,7 @@ class Search {
   }
 
   void add_leaf(std::size_t i, const Leave& leave, const Event& event) {
-    const Candidate& c = beam_.levels.back()[i];
+    const Candidate& c = beam_.levels.back().candidates[i];
     const std::size_t k = problem_.marks.size() - 1;
     Factors f = sound_factors(event, problem_.marks, k, k == 0 ? event.amplitude : c.first_amplitude);
     f.velocity = velocity_factor(leave.excess);
@@ -206,7 +250,7 @@ Beam search_beam(const Problem& problem, const BeamOptions& options, const Share
   } else {
     search.begin();
   }
-  if (beam.levels[0].empty()) {
+  if (beam.levels[0].candidates.empty()) {
     beam.levels.clear();
     return beam;
   }
@@ -220,10 +264,10 @@ Beam search_beam(const Problem& problem, const BeamOptions& options, const Share
 }
 
 Found trace(const Beam& beam, int candidate, const Leave& leave) {
-  const Candidate* c = &beam.levels.back()[static_cast<std::size_t>(candidate)];
+  const Candidate* c = &beam.levels.back().candidates[static_cast<std::size_t>(candidate)];
   Found found{c->body, {{c->onset, leave}}};
   for (std::size_t k = beam.levels.size() - 1; k > 0; --k) {
-    const Candidate& parent = beam.levels[k - 1][static_cast<std::size_t>(c->parent)];
+    const Candidate& parent = beam.levels[k - 1].candidates[static_cast<std::size_t>(c->parent)];
     found.links.push_back({parent.onset, c->from});
     c = &parent;
   }
@@ -233,7 +277,7 @@ Found trace(const Beam& beam, int candidate, const Leave& leave) {
 
 Found best_of(const Beam& beam) {
   if (!beam.leaves.empty()) return trace(beam, beam.leaves.front().candidate, beam.leaves.front().leave);
-  const auto& last = beam.levels.back();
+  const auto& last = beam.levels.back().candidates;
   const auto best = std::min_element(last.begin(), last.end(), [](const Candidate& a, const Candidate& b) {
     if (a.violations != b.violations) return a.violations < b.violations;
     return a.rank() > b.rank();

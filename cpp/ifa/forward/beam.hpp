@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ifa/base/progress.hpp"
-#include "ifa/forward/candidate.hpp"
+#include "ifa/forward/select.hpp"
 
 namespace ifa {
 
@@ -27,8 +27,8 @@ struct Leaf {
 
 // What a search has found, and all that it kept on the way.
 struct Beam {
-  std::vector<std::vector<Candidate>> levels;  // by event; as many as were reached
-  std::vector<Leaf> leaves;                    // complete motions, best first
+  std::vector<Level> levels;  // by event; as many as were reached
+  std::vector<Leaf> leaves;   // complete motions, best first
   double simulated_s = 0.0;
 };
 

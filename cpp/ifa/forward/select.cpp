@@ -62,15 +62,12 @@ void take_evenly(Selection& selection, const std::map<Key, std::vector<std::size
 
 }  // namespace
 
-std::vector<Candidate> select(std::vector<Candidate>&& all, const Problem& problem, std::size_t room,
-                              bool even) {
-  std::vector<std::size_t> order(all.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    if (all[a].violations != all[b].violations) return all[a].violations < all[b].violations;
-    return all[a].rank() > all[b].rank();
-  });
+namespace {
 
+// Those of `order`, which is sorted, that fill one batch.
+std::vector<std::size_t> select_batch(const std::vector<Candidate>& all,
+                                      const std::vector<std::size_t>& order, const Problem& problem,
+                                      std::size_t room, bool even) {
   Selection selection(all, room);
   for (std::size_t from = 0; from < order.size() && !selection.full();) {
     std::size_t to = from;  // of one number of violations
@@ -100,12 +97,33 @@ std::vector<Candidate> select(std::vector<Candidate>&& all, const Problem& probl
   selection.relax();  // where too few families are left, what there is
   for (const std::size_t i : order) selection.take(i);
 
-  std::vector<Candidate> kept;
-  kept.reserve(selection.size());
-  for (const std::size_t i : selection.kept()) kept.push_back(std::move(all[i]));
+  auto kept = selection.kept();
   std::stable_sort(kept.begin(), kept.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.body < b.body; });
+                   [&](std::size_t a, std::size_t b) { return all[a].body < all[b].body; });
   return kept;
+}
+
+}  // namespace
+
+Level select(std::vector<Candidate>&& all, const Problem& problem, std::size_t room, std::size_t batches,
+             bool even) {
+  std::vector<std::size_t> order(all.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    if (all[a].violations != all[b].violations) return all[a].violations < all[b].violations;
+    return all[a].rank() > all[b].rank();
+  });
+  Level level;
+  std::vector<char> gone(all.size(), 0);
+  for (std::size_t batch = 0; batch < batches && !order.empty(); ++batch) {
+    for (const std::size_t i : select_batch(all, order, problem, room, even)) {
+      gone[i] = 1;
+      level.candidates.push_back(std::move(all[i]));
+    }
+    level.batch_ends.push_back(level.candidates.size());
+    std::erase_if(order, [&](std::size_t i) { return gone[i] != 0; });
+  }
+  return level;
 }
 
 }  // namespace ifa

@@ -9,10 +9,18 @@ namespace ifa {
 
 inline constexpr std::size_t kMostChildren = 4;  // of one parent that are kept, as long as there are others
 
-// At most `room` of `all`, those of one body side by side. Plausible ones come first; of these half by rank,
-// half shared evenly among bands of energy, the best of each, since the marks to come may need a lively body
-// or a tired one. Few children of one parent, few descendants of one start. `even` gives each body its share.
-std::vector<Candidate> select(std::vector<Candidate>&& all, const Problem& problem, std::size_t room,
-                              bool even);
+// Candidates in the order in which they are gone on from: batches of `room`, those of one body side by side
+// in each.
+struct Level {
+  std::vector<Candidate> candidates;
+  std::vector<std::size_t> batch_ends;
+};
+
+// The most promising fill the first batch, those that were left out the next, and so on, at most `batches`.
+// Plausible ones come first; of these half by rank, half shared evenly among bands of energy, the best of
+// each, since the marks to come may need a lively body or a tired one. Few children of one parent, few
+// descendants of one start. `even` gives each body its share.
+Level select(std::vector<Candidate>&& all, const Problem& problem, std::size_t room, std::size_t batches,
+             bool even);
 
 }  // namespace ifa

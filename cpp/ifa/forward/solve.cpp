@@ -13,7 +13,7 @@ namespace {
 struct Rung {
   int beam, proposals;
 };
-constexpr Rung kLadder[] = {{60, 3}, {150, 4}, {400, 4}, {1000, 5}, {2500, 6}};
+constexpr Rung kLadder[] = {{40, 3}, {120, 3}, {360, 3}, {1080, 3}, {3240, 3}};
 
 std::vector<Material> materials_to_try(const Body& body, bool fit) {
   std::vector<Material> materials{body.material()};

@@ -1,0 +1,142 @@
+#include "ifa/forward/closing.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ifa {
+namespace {
+
+constexpr int kRefinements = 8, kCorrections = 2;
+constexpr double kAside = 0.5;  // of the region's radius: how far variants lie apart
+// What is left is retimed away: nobody could see it.
+constexpr double kOnTime_s = 1e-5, kOnTimeShare = 1e-4;
+
+double on_time_s(double target_s) { return std::max(kOnTime_s, kOnTimeShare * target_s); }
+
+// Of two ways to meet a mark, the milder one is worth more: log f_v f_t.
+double worth(const Trial& t, double target_s) {
+  if (!std::isfinite(t.excess)) return -kNever;
+  return std::log(time_factor(t.passage.interval_s, target_s)) - t.excess;
+}
+
+void keep_better(Closing& closing, const Trial& trial, double target_s) {
+  if (trial.hits() && worth(trial, target_s) > worth(closing.best, target_s)) closing.best = trial;
+}
+
+}  // namespace
+
+double ratio_of(double a, double b) { return std::max(a, b) / std::min(a, b); }
+
+std::vector<Closing> enclose(std::span<const Trial> trials, std::size_t candidates, std::size_t most,
+                             double target_s, std::vector<char>& used) {
+  std::vector<std::vector<std::size_t>> early(candidates), late(candidates);
+  for (std::size_t t = 0; t < trials.size(); ++t)
+    (trials[t].lateness_s < 0.0 ? early : late)[trials[t].candidate].push_back(t);
+  const auto milder = [&](std::size_t a, std::size_t b) { return trials[a].excess < trials[b].excess; };
+  std::vector<Closing> closings;
+  for (std::size_t i = 0; i < candidates; ++i) {
+    std::stable_sort(early[i].begin(), early[i].end(), milder);
+    std::stable_sort(late[i].begin(), late[i].end(), milder);
+    const std::size_t pairs = std::min({early[i].size(), late[i].size(), most});
+    for (std::size_t pair = 0; pair < pairs; ++pair) {
+      const Trial &a = trials[early[i][pair]], &b = trials[late[i][pair]];
+      used[early[i][pair]] = used[late[i][pair]] = 1;
+      Closing closing{a.y, b.y - a.y, Bracket({0.0, a.lateness_s}, {1.0, b.lateness_s}), {}};
+      closing.best.candidate = i;
+      closing.best.excess = kNever;
+      keep_better(closing, a, target_s);
+      keep_better(closing, b, target_s);
+      closings.push_back(std::move(closing));
+    }
+  }
+  return closings;
+}
+
+void close_in(Trials& trials, std::span<const Candidate> candidates, std::size_t k, double largest_excess,
+              std::vector<Closing>& closings) {
+  const double target = trials.problem().target_s(k);
+  std::vector<Trial> tried;
+  std::vector<std::size_t> owner;
+  std::vector<double> where;
+  std::vector<RootPoint> last(closings.size(), {0.0, kNever});
+  for (int refinement = 0; refinement < kRefinements; ++refinement) {
+    tried.clear();
+    owner.clear();
+    where.clear();
+    for (std::size_t c = 0; c < closings.size(); ++c) {
+      Closing& closing = closings[c];
+      if (!closing.open) continue;
+      const double x = closing.bracket.next();
+      const auto trial = trials.propose(candidates, closing.best.candidate, closing.from + x * closing.along,
+                                        largest_excess);
+      closing.open = trial.has_value();
+      if (!trial) continue;
+      tried.push_back(*trial);
+      owner.push_back(c);
+      where.push_back(x);
+    }
+    if (tried.empty()) return;
+    trials.run(candidates, k, tried);
+    for (std::size_t t = 0; t < tried.size(); ++t) {
+      Closing& closing = closings[owner[t]];
+      const RootPoint now{where[t], tried[t].lateness_s};
+      RootPoint& before = last[owner[t]];
+      if (std::isfinite(now.value) && std::isfinite(before.value) && now.x != before.x)
+        closing.slope_s = (now.value - before.value) / (now.x - before.x);
+      before = now;
+      closing.bracket.add(now);
+      keep_better(closing, tried[t], target);
+      if (std::abs(now.value) <= on_time_s(target)) closing.open = false;
+    }
+  }
+}
+
+std::vector<Trial> vary(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
+                        const Tolerance& tolerance, const std::vector<Closing>& closings, int variants,
+                        std::span<RandomStream> random) {
+  const double target = trials.problem().target_s(k), reach = std::sqrt(tolerance.excess);
+  const auto within = [&](Vec6 y) {
+    const double size = y.norm();
+    return size > 0.98 * reach ? Vec6(y * (0.98 * reach / size)) : y;
+  };
+  std::vector<Trial> found;
+  std::vector<const Closing*> of;
+  for (const Closing& closing : closings) {
+    const Trial& best = closing.best;
+    if (!std::isfinite(best.excess) || closing.slope_s == 0.0 ||
+        ratio_of(best.passage.interval_s, target) > 1.0 + tolerance.retime)
+      continue;
+    const Vec6 line = closing.along.normalized();
+    for (int v = 0; v < variants; ++v) {
+      Vec6 aside = random_change(1.0, random[best.candidate]);
+      aside -= aside.dot(line) * line;
+      const auto trial = trials.propose(candidates, best.candidate, within(best.y + kAside * reach * aside),
+                                        tolerance.excess);
+      if (!trial) continue;
+      found.push_back(*trial);
+      of.push_back(&closing);
+    }
+  }
+  trials.run(candidates, k, found);
+  for (int correction = 0; correction < kCorrections; ++correction) {
+    std::vector<Trial> corrected;
+    std::vector<std::size_t> index;
+    for (std::size_t v = 0; v < found.size(); ++v) {
+      const Trial& t = found[v];
+      if (!std::isfinite(t.lateness_s) || std::abs(t.lateness_s) <= on_time_s(target)) continue;
+      const Vec6 y = within(t.y - t.lateness_s / of[v]->slope_s * of[v]->along);
+      const auto trial = trials.propose(candidates, t.candidate, y, tolerance.excess);
+      if (!trial) continue;
+      corrected.push_back(*trial);
+      index.push_back(v);
+    }
+    trials.run(candidates, k, corrected);
+    for (std::size_t c = 0; c < corrected.size(); ++c) {
+      Trial& t = found[index[c]];
+      if (corrected[c].hits() && std::abs(corrected[c].lateness_s) < std::abs(t.lateness_s)) t = corrected[c];
+    }
+  }
+  return found;
+}
+
+}  // namespace ifa

@@ -1,0 +1,39 @@
+// Many root searches for the instant of the next hit, side by side.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "ifa/forward/root.hpp"
+#include "ifa/forward/trial.hpp"
+
+namespace ifa {
+
+double ratio_of(double a, double b);  // the larger over the smaller
+
+// Between a trial that comes early and one that comes late lies one that comes in time (the ball is convex),
+// unless the interval jumps there.
+struct Closing {
+  Vec6 from, along;
+  Bracket bracket;
+  Trial best;            // the mildest by f_v f_t that hits; excess infinite if none does
+  double slope_s = 0.0;  // of the lateness along the line, where it was last looked at; 0 if unknown
+  bool open = true;
+};
+
+// Pairs of trials of the same candidate that enclose the mark after event k, the mildest first, each trial
+// used once, at most `most` for a candidate. `used` is set for those that are.
+std::vector<Closing> enclose(std::span<const Trial> trials, std::size_t candidates, std::size_t most,
+                             double target_s, std::vector<char>& used);
+
+// Closes in on the mark.
+void close_in(Trials& trials, std::span<const Candidate> candidates, std::size_t k, double largest_excess,
+              std::vector<Closing>& closings);
+
+// More that come in time: `variants` for each closing that found one, off to its side and back along its
+// line.
+std::vector<Trial> vary(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
+                        const Tolerance& tolerance, const std::vector<Closing>& closings, int variants,
+                        std::span<RandomStream> random);
+
+}  // namespace ifa

@@ -1,0 +1,83 @@
+#include "ifa/forward/trial.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ifa {
+namespace {
+
+constexpr double kLateShare = 1.35;  // a passage is followed this far beyond its target
+
+// How long a passage that leaves event k is followed.
+double limit_s(const Problem& problem, std::size_t k) {
+  if (k + 1 < problem.marks.size()) return kLateShare * problem.target_s(k);
+  return problem.marks.ending == Ending::rest ? kLongestRest_s : kOpenTail_s;
+}
+
+double lateness_s(const Problem& problem, std::size_t k, const Passage& passage) {
+  const bool hit = passage.next == Next::hit || passage.next == Next::dubious;
+  return hit && k + 1 < problem.marks.size() ? passage.interval_s - problem.target_s(k) : kNever;
+}
+
+}  // namespace
+
+Trials::Trials(const Problem& problem, int body, const Progress* progress)
+    : problem_(problem),
+      body_index_(body),
+      body_(problem.bodies[static_cast<std::size_t>(body)]),
+      progress_(progress),
+      passages_(body_, problem.physics) {}
+
+std::optional<Trial> Trials::propose(std::span<const Candidate> candidates, std::size_t index, const Vec6& y,
+                                     double largest_excess) const {
+  const Onset& onset = candidates[index].onset;
+  const PlausibleRegion region(onset.after.velocity - onset.before.velocity,
+                               onset.after.angular_velocity - onset.before.angular_velocity,
+                               body_.bounding_radius_m());
+  Trial trial;
+  trial.candidate = index;
+  trial.y = y;
+  trial.excess = y.squaredNorm();
+  trial.after = onset.after;
+  trial.after.velocity += region.velocity_offset(y);
+  trial.after.angular_velocity += region.spin_offset(y);
+  if (passages_.settle(trial.after)) {
+    trial.excess = region.excess(trial.after.velocity - onset.after.velocity,
+                                 trial.after.angular_velocity - onset.after.angular_velocity);
+    if (trial.excess > largest_excess) return std::nullopt;
+  }
+  if (kinetic_energy(body_, trial.after) >
+      kinetic_energy(body_, onset.before) + problem_.physics.energy_gain_j)
+    return std::nullopt;
+  return trial;
+}
+
+Trial Trials::unchanged(std::span<const Candidate> candidates, std::size_t index, std::size_t k) const {
+  Trial trial;
+  trial.candidate = index;
+  trial.after = candidates[index].onset.after;
+  trial.passage = candidates[index].unchanged;
+  trial.lateness_s = lateness_s(problem_, k, trial.passage);
+  return trial;
+}
+
+void Trials::run(std::span<const Candidate> candidates, std::size_t k, std::span<Trial> trials) {
+  departures_.clear();
+  for (const Trial& t : trials)
+    departures_.push_back(
+        {candidates[t.candidate].onset.hit, t.after, problem_.marks.durations_s[k], limit_s(problem_, k)});
+  arrivals_.resize(trials.size());
+  passages_.run(departures_, arrivals_, progress_);
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    trials[i].passage = arrivals_[i];
+    trials[i].lateness_s = lateness_s(problem_, k, arrivals_[i]);
+  }
+}
+
+Vec6 random_change(double largest_excess, RandomStream& random) {
+  Vec6 y;
+  for (int i = 0; i < 6; ++i) y[i] = random.normal();
+  return y * (std::sqrt(largest_excess) * std::sqrt(random.uniform()) / y.norm());
+}
+
+}  // namespace ifa
