@@ -43,9 +43,10 @@ py::dict from_certificate(const verify::Certificate& c) {
 
 py::dict verify_motion(const Array& times_s, const Array& positions_m, const Array& quaternions_wxyz,
                        const Body& body, const Array& mark_times_s, const Array& mark_durations_s, bool rest,
-                       const Array& retime, double energy_gain_j,
+                       const Array& retime, double energy_gain_j, bool contact,
                        const std::map<std::string, double>& given) {
   verify::Options o;
+  o.events = contact ? verify::Events::contact : verify::Events::audible;
   const std::pair<const char*, double*> fields[] = {{"audible_speed_m_s", &o.audible_speed_m_s},
                                                     {"merge_gap_s", &o.merge_gap_s},
                                                     {"gravity_m_s2", &o.gravity_m_s2},
@@ -78,7 +79,7 @@ py::dict verify_motion(const Array& times_s, const Array& positions_m, const Arr
 void bind_verify(py::module_& m) {
   m.def("verify", &verify_motion, py::kw_only(), py::arg("times_s"), py::arg("positions_m"),
         py::arg("quaternions_wxyz"), py::arg("body"), py::arg("mark_times_s"), py::arg("mark_durations_s"),
-        py::arg("rest"), py::arg("retime"), py::arg("energy_gain_j"), py::arg("options"),
+        py::arg("rest"), py::arg("retime"), py::arg("energy_gain_j"), py::arg("contact"), py::arg("options"),
         "Every option of ifa.verify, which documents them, must be in `options`.");
 }
 

@@ -109,6 +109,12 @@ def _parser() -> argparse.ArgumentParser:
     _add_marks(verify)
     _add_body(verify)
     _add_ending(verify)
+    verify.add_argument(
+        "--events",
+        choices=("audible", "contact"),
+        help="what answers a mark: an audible hit, or the beginning of a contact; default: what "
+        "the motion was made for",
+    )
     _add_json(verify)
     verify.set_defaults(run=_verify)
 
@@ -208,7 +214,7 @@ def _verify(options: argparse.Namespace) -> int:
     if ending is None and Path(options.marks).suffix.lower() != ".json":
         ending = _ending_solved_for(options.motion)
     marks = ifa.Signature.read(options.marks, ending=ending)
-    certificate = ifa.verify(options.motion, _body(options), marks)
+    certificate = ifa.verify(options.motion, _body(options), marks, events=options.events)
     if options.json:
         _print_json(certificate.to_dict())
     else:

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal, Self
 
@@ -19,6 +20,13 @@ Ending = Literal["rest", "open"]
 
 MERGE_GAP_S: float = _core.MERGE_GAP_S
 """Contacts closer than 10 ms are one event (paper section 4)."""
+
+HEARING: Mapping[str, Any] = {
+    "events": "audible",
+    "audible_speed_m_s": 0.05,
+    "merge_gap_s": MERGE_GAP_S,
+}
+"""What an event of a motion is, unless told otherwise (CONVENTIONS.md, "Hits, events, rest")."""
 
 
 class Signature:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ifa import _core, arguments
 from ifa._core import IfaValueError
 from ifa.body import Body
-from ifa.marks import Signature
+from ifa.marks import HEARING, Signature
 from ifa.sound import FilePath
 from ifa.text_files import write_text
 
@@ -28,7 +28,11 @@ class Motion:
     """
 
     def __init__(
-        self, core: _core.Motion, retime: Sequence[float] = (), energy_gain_j: float = 0.0
+        self,
+        core: _core.Motion,
+        retime: Sequence[float] = (),
+        energy_gain_j: float = 0.0,
+        hearing: Mapping[str, Any] | None = None,
     ) -> None:
         """Wrap a motion of the core; motions come from `ifa.solve`."""
         self._core = core
@@ -36,6 +40,8 @@ class Motion:
         #: leads to it over the same as simulated, and the energy that a contact could add.
         self.retime = tuple(retime)
         self.energy_gain_j = energy_gain_j
+        #: What an event of this motion is: `events`, `audible_speed_m_s` and `merge_gap_s`.
+        self.hearing = dict(HEARING if hearing is None else hearing)
 
     @property
     def start_s(self) -> float:
@@ -153,11 +159,15 @@ class Solution:
     method: str = "forward"
 
     def to_dict(self) -> dict[str, Any]:
-        """What `ifa solve --json` prints: every figure, JSON-ready, without the motion."""
+        """What `ifa solve --json` prints: every figure, JSON-ready, without the motion.
+
+        `hearing` says what an event is: `events`, `audible_speed_m_s` and `merge_gap_s`.
+        """
         left_out = {"motion", "body", "marks"}
         names = [field.name for field in fields(self) if field.name not in left_out]
         out = {name: getattr(self, name) for name in names}
         out["events"] = [vars(event) for event in self.events]
+        out["hearing"] = self.motion.hearing
         out["version"] = _core.__version__
         return out
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from ifa._core import IfaFileError, IfaValueError
 from ifa.arguments import array, number
 from ifa.body import Body
 from ifa.body_files import read_fields
-from ifa.marks import Signature
+from ifa.marks import HEARING, Signature
 
 _TRIVIAL = 1e-9  # a retiming by rounding is none
 
@@ -35,7 +35,7 @@ class SampledMotion(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class DetectedHit:
-    """An impact that can be heard, found in the poses."""
+    """An impact found in the poses that can be heard; with contact events, any impact."""
 
     time_s: float
     approach_speed_m_s: float
@@ -50,13 +50,14 @@ class DetectedHit:
 
 @dataclass(frozen=True, slots=True)
 class DetectedEvent:
-    """Hits chained by the merge gap."""
+    """Hits chained by the merge gap; with contact events, an interval of contact."""
 
     time_s: float
-    """Of the first hit."""
+    """Of the first hit, or where contact begins."""
     duration_s: float
-    """To the last hit."""
+    """To the last hit, or to where contact ends or the body comes to rest."""
     hits: int
+    """With contact events possibly 0: a landing too soft to be seen as an impact."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +120,7 @@ class Certificate:
     """For each mark, the ratio that was relied on: flights must show gravity over its square."""
     claimed_energy_gain_j: float
     """What a contact was allowed to add."""
-    options: Mapping[str, float] = field(repr=False)
+    options: Mapping[str, float | str] = field(repr=False)
     """The options of `verify` that this was found with."""
 
     def to_dict(self) -> dict[str, Any]:
@@ -134,10 +135,17 @@ class Certificate:
     def summary(self) -> str:
         """A few lines for people."""
         answered = len(self.marks) - self.missed_hits
+        contact = self.options["events"] == "contact"
+        heard = (
+            "intervals of contact" if contact
+            else f"hits from {self.options['audible_speed_m_s']:.3g} m/s on"
+        )  # fmt: skip
         lines = [
             "PASSED" if self.passed else "FAILED",
+            f"events: {heard}, merged below {1e3 * float(self.options['merge_gap_s']):.3g} ms",
             f"marks met: {answered} of {len(self.marks)}, largest error "
-            f"{1e3 * self.max_abs_error_s:.3f} ms; extra hits: {self.extra_hits}",
+            f"{1e3 * self.max_abs_error_s:.3f} ms; extra {'contacts' if contact else 'hits'}: "
+            f"{self.extra_hits}",
             f"flights: {len(self.flights)}, worst departure from gravity "
             f"{100 * self.max_gravity_error:.3g} %, from constant angular momentum "
             f"{100 * self.max_momentum_drift:.3g} %",
@@ -163,8 +171,9 @@ def verify(
     *,
     retime: Any = None,
     energy_gain_j: float | None = None,
-    audible_speed_m_s: float = 0.05,
-    merge_gap_s: float = 0.010,
+    events: Literal["audible", "contact"] | None = None,
+    audible_speed_m_s: float | None = None,
+    merge_gap_s: float | None = None,
     gravity_m_s2: float = 9.81,
     rest_speed_m_s: float = 0.01,
     rest_duration_s: float = 0.050,
@@ -189,10 +198,14 @@ def verify(
             what the motion claims (a file in its `events`), or 1; also 1 where it claims for
             another number of marks, as it was then not made for these.
         energy_gain_j: What a contact may add. Left out: the file's, or 0.
+        events: What answers a mark: "audible" hits, or the beginning of an interval of "contact"
+            with the ground (CONVENTIONS.md). Left out, as are the next two: what the motion was
+            made for (a file's `hearing`, an object's attribute of that name), or "audible".
         audible_speed_m_s: Impacts slower than this are silent. Within 5 % of it an impact may count
-            as either, whichever suits the marks. Compared before retiming.
-        merge_gap_s: Hits less than this after the previous one belong to its event, measured
-            before retiming or after, whichever suits the marks.
+            as either, whichever suits the marks. Compared before retiming. Default 0.05.
+        merge_gap_s: Hits less than this after the previous one belong to its event, and flights
+            shorter than this join intervals of contact; measured before retiming or after,
+            whichever suits the marks. Default 0.010.
         gravity_m_s2: Downwards.
         rest_speed_m_s: At rest, no point of the hull is faster.
         rest_duration_s: How much standing still the motion must show where the marks end in rest.
@@ -209,8 +222,6 @@ def verify(
             message names it, and the file.
     """
     options = {
-        "audible_speed_m_s": number(audible_speed_m_s, "audible_speed_m_s"),
-        "merge_gap_s": number(merge_gap_s, "merge_gap_s"),
         "gravity_m_s2": number(gravity_m_s2, "gravity_m_s2"),
         "rest_speed_m_s": number(rest_speed_m_s, "rest_speed_m_s"),
         "rest_duration_s": number(rest_duration_s, "rest_duration_s"),
@@ -227,7 +238,14 @@ def verify(
         motion = read_fields(motion)
         if not isinstance(motion, Mapping):
             raise IfaFileError(f"{source}does not hold a motion")
+    given = {
+        "events": events,
+        "audible_speed_m_s": audible_speed_m_s,
+        "merge_gap_s": merge_gap_s,
+    }
     try:
+        hearing = _hearing(motion, given)
+        options |= {key: value for key, value in hearing.items() if key != "events"}
         ratios = (
             _claimed_retime(motion, len(marks)) if retime is None
             else array(retime, "retime", (None,))
@@ -244,6 +262,7 @@ def verify(
             rest=marks.ending == "rest",
             retime=ratios,
             energy_gain_j=gain,
+            contact=hearing["events"] == "contact",
             options=options,
         )
     except IfaValueError as error:
@@ -253,7 +272,7 @@ def verify(
     for key in ("failures", "extra_events_s"):
         found[key] = tuple(found[key])
     found |= {"claimed_retime": tuple(ratios.tolist()), "claimed_energy_gain_j": gain}
-    return Certificate(**found, options=options)
+    return Certificate(**found, options=options | {"events": hearing["events"]})
 
 
 _PARTS: dict[str, type] = {
@@ -283,6 +302,27 @@ def _poses(motion: SampledMotion | Mapping[str, Any]) -> dict[str, NDArray[np.fl
                 f"motion: must be a motion, a path or a mapping, got {type(motion).__name__}"
             )
     return poses
+
+
+def _hearing(motion: Any, given: Mapping[str, Any]) -> dict[str, Any]:
+    """What an event is: as given, else as the motion says, else the default."""
+    if isinstance(motion, Mapping):
+        said = motion.get("hearing", {})
+    else:
+        said = getattr(motion, "hearing", {})
+    if not isinstance(said, Mapping):
+        raise IfaValueError("hearing: must be an object")
+    hearing = {}
+    for key, default in HEARING.items():
+        value, field = given[key], key
+        if value is None:
+            value, field = said.get(key, default), f"hearing.{key}"
+        if key != "events":
+            value = number(value, field)
+        elif value not in ("audible", "contact"):
+            raise IfaValueError(f'{field}: must be "audible" or "contact", got {value!r}')
+        hearing[key] = value
+    return hearing
 
 
 def _claimed_retime(motion: Any, count: int) -> NDArray[np.float64]:

@@ -131,6 +131,20 @@ def test_verify_passes_what_was_solved_and_fails_it_against_other_marks(solved, 
     assert found["max_abs_error_s"] == pytest.approx(0.015, abs=1e-6)
 
 
+def test_verify_takes_events_from_the_motion_or_from_the_caller(solved, tmp_path):
+    out, done = solved
+    marks = out.parent / "marks.txt"
+    audible = {"events": "audible", "audible_speed_m_s": 0.05, "merge_gap_s": 0.010}
+    assert strict(done.stdout)["hearing"] == audible
+    said = strict(run("verify", out, marks, "d6", "--json").stdout)["options"]
+    assert {key: said[key] for key in audible} == audible
+    asked = strict(run("verify", out, marks, "d6", "--events", "contact", "--json").stdout)
+    assert asked["options"]["events"] == "contact"
+    other = tmp_path / "other.json"
+    other.write_text(json.dumps(strict(out.read_text()) | {"hearing": {"events": "contact"}}))
+    assert strict(run("verify", other, marks, "d6", "--json").stdout) == asked
+
+
 def test_verify_against_another_number_of_marks_reports_them(solved, tmp_path):
     out, _ = solved
     (tmp_path / "fewer.txt").write_text(labels(TIMES_S[:-1]))

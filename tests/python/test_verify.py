@@ -192,6 +192,67 @@ def test_options_are_applied(case):
     assert not ifa.verify(case.motion, case.body, case.marks, gravity_m_s2=9.7).passed
 
 
+def soft_last_bounce():
+    """Bounces after flights of 0.25 s and 20 ms: the last, at 0.098 m/s, is audible or not.
+
+    The body stays from then on.
+    """
+    speed, last = 0.125 * G, 0.010 * G
+    times, heights = [0.0], [0.5 * speed**2 / G]
+    start = 0.0
+    for up, height, length in ((0.0, heights[0], 0.125), (speed, 0.0, 0.25), (last, 0.0, 0.020)):
+        for i in range(1, 251):
+            s = length * i / 250
+            times.append(start + s)
+            heights.append(0.0 if i == 250 else height + up * s - 0.5 * G * s * s)
+        start = times[-1]
+    for i in range(1, 101):
+        times.append(start + 1e-3 * i)
+        heights.append(0.0)
+    positions = np.zeros((len(times), 3))
+    positions[:, 2] = np.array(heights) + RADIUS
+    quaternions = np.tile([1.0, 0.0, 0.0, 0.0], (len(times), 1))
+    fields = {"times_s": np.array(times), "positions_m": positions, "quaternions_wxyz": quaternions}
+    return fields, [0.125, 0.375, 0.395]
+
+
+def test_contact_events_count_what_is_not_heard(ball):
+    fields, hits = soft_last_bounce()
+    motion = SimpleNamespace(**fields)
+    two = ifa.Signature(hits[:2])
+    assert ifa.verify(motion, ball, two, audible_speed_m_s=0.15).passed
+    contact = ifa.verify(motion, ball, two, events="contact", audible_speed_m_s=0.15)
+    assert contact.extra_hits == 1
+    np.testing.assert_allclose(contact.extra_events_s, [hits[2]], atol=1e-12)
+    assert contact.failures == ("a contact that begins at 0.395 s answers no mark",)
+    assert ifa.verify(motion, ball, ifa.Signature(hits), events="contact").passed
+    # flights below 30 ms join what they part
+    merged = ifa.verify(motion, ball, two, events="contact", merge_gap_s=0.030)
+    assert merged.passed
+    assert [event.hits for event in merged.events] == [1, 2]
+    # from the second impact to where the body comes to rest, not to the end of the motion
+    assert merged.events[1].duration_s == pytest.approx(0.020, abs=1e-9)
+
+
+def test_a_motion_is_checked_for_the_events_it_was_made_for(ball, tmp_path):
+    fields, hits = soft_last_bounce()
+    two = ifa.Signature(hits[:2])
+    hearing = {"events": "contact", "audible_speed_m_s": 0.15, "merge_gap_s": 0.010}
+    path = as_file(tmp_path / "out.json", fields, hearing=hearing)
+    for motion in (path, SimpleNamespace(**fields, hearing=hearing)):
+        found = ifa.verify(motion, ball, two)
+        assert found.extra_hits == 1
+        assert found.options["events"] == "contact"
+        assert found.options["audible_speed_m_s"] == 0.15
+        assert "events: intervals of contact" in found.summary()
+        asked = ifa.verify(motion, ball, two, events="audible")  # the caller's word counts more
+        assert asked.passed and asked.options["audible_speed_m_s"] == 0.15
+        assert "events: hits from 0.15 m/s on" in asked.summary()
+    part = as_file(tmp_path / "part.json", fields, hearing={"merge_gap_s": 0.030})
+    assert ifa.verify(part, ball, two).options["events"] == "audible"
+    assert ifa.verify(part, ball, two).passed
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -202,6 +263,11 @@ def test_options_are_applied(case):
         (lambda f: f.update(events=3), "events: must be a list"),
         (lambda f: f.update(events=[{"retime": "x"}] * 4), r"events\[0\].retime"),
         (lambda f: f.update(events=[{"retime": -1}] * 4), "retime: the ratio of mark 1"),
+        (lambda f: f.update(hearing=3), "hearing: must be an object"),
+        (lambda f: f.update(hearing={"events": "heard"}), r"hearing\.events: must be"),
+        (lambda f: f.update(hearing={"events": ["contact"]}), r"hearing\.events: must be"),
+        (lambda f: f.update(hearing={"merge_gap_s": None}), r"hearing\.merge_gap_s: must be"),
+        (lambda f: f.update(hearing={"merge_gap_s": -1}), "merge_gap_s: must be above 0"),
         (lambda f: f.update(energy_gain_j=None), "energy_gain_j"),
         (lambda f: f.update(energy_gain_j=-1.0), "energy_gain_j"),
     ],
@@ -237,3 +303,5 @@ def test_arguments_of_the_wrong_kind(case):
         ifa.verify(case.motion, case.body, case.marks, gravity_m_s2=-9.81)
     with pytest.raises(ifa.IfaValueError, match="retime"):
         ifa.verify(case.motion, case.body, case.marks, retime=[1.0])
+    with pytest.raises(ifa.IfaValueError, match='events: must be "audible" or "contact"'):
+        ifa.verify(case.motion, case.body, case.marks, events="heard")

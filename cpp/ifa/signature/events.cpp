@@ -8,11 +8,14 @@ namespace ifa {
 void EventBuilder::begin(const Hit& first) {
   event_ = Event{};
   event_.time_s = last_s_ = last_hit_s_ = first.time_s;
-  squares_ = slip_impulse_ = weight_ = moment_ = 0.0;
+  rest_s_ = kNever;
+  squares_ = weight_ = moment_ = 0.0;
+  loads_.clear();
   add(first);
 }
 
 bool EventBuilder::chains(double time_s) const {
+  if (contact()) return time_s - last_s_ < hearing_.merge_gap_s;
   if (span_s_ > 0.0 && time_s <= event_.time_s + span_s_) return true;
   return time_s - last_hit_s_ < hearing_.merge_gap_s;
 }
@@ -22,8 +25,8 @@ void EventBuilder::add(const Hit& hit) {
   squares_ += impulse * impulse;
   weight_ += impulse;
   moment_ += impulse * (hit.time_s - event_.time_s);
-  const double gap = hit.time_s - last_hit_s_;
-  if (gap >= hearing_.merge_gap_s)
+  const double gap = hit.time_s - (contact() ? last_s_ : last_hit_s_);
+  if (gap >= hearing_.merge_gap_s && !contact())
     event_.loose_s = hit.time_s - event_.time_s;
   else
     event_.gap_s = std::max(event_.gap_s, gap);
@@ -33,21 +36,32 @@ void EventBuilder::add(const Hit& hit) {
 }
 
 void EventBuilder::add(const Load& load) {
+  if (load.impulse_n_s <= 0.0 || load.length_s <= 0.0) return;
   const double end = load.time_s + load.length_s;
-  if (end > event_.time_s + span_s_) return;
-  if (load.impulse_n_s <= 0.0 || load.slip_speed_m_s < hearing_.audible_speed_m_s) return;
-  slip_impulse_ += load.impulse_n_s;
-  weight_ += load.impulse_n_s;
-  moment_ += load.impulse_n_s * (load.time_s + 0.5 * load.length_s - event_.time_s);
+  if (contact())
+    event_.gap_s = std::max(event_.gap_s, load.time_s - last_s_);
+  else if (end > event_.time_s + span_s_ || load.slip_speed_m_s < hearing_.audible_speed_m_s)
+    return;
+  loads_.push_back(load);
   last_s_ = std::max(last_s_, end);
 }
 
 Event EventBuilder::event() const {
   Event e = event_;
-  const double length = last_s_ - e.time_s;
+  double impulse = 0.0, moment = moment_, last = last_hit_s_;
+  for (const Load& load : loads_) {
+    const double length = std::min(load.length_s, rest_s_ - load.time_s);
+    if (length <= 0.0) break;
+    const double part = load.impulse_n_s * (length / load.length_s);
+    impulse += part;
+    moment += part * (load.time_s + 0.5 * length - e.time_s);
+    last = std::max(last, load.time_s + length);
+  }
+  const double length = std::min(last, rest_s_) - e.time_s;
   e.length_s = length < hearing_.merge_gap_s ? 0.0 : length;
-  e.amplitude = std::sqrt(squares_) + slip_impulse_;
-  e.centroid_s = weight_ > 0.0 ? moment_ / weight_ : 0.0;
+  e.amplitude = std::sqrt(squares_) + impulse;
+  const double weight = weight_ + impulse;
+  e.centroid_s = weight > 0.0 ? moment / weight : 0.0;
   return e;
 }
 

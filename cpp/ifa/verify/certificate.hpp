@@ -33,7 +33,11 @@ struct Claims {
   double energy_gain_j = 0.0;  // that any one contact may add
 };
 
+// What an event is: a chain of audible hits, or an interval of contact with the ground between two flights.
+enum class Events { audible, contact };
+
 struct Options {
+  Events events = Events::audible;
   double audible_speed_m_s = 0.05;
   double merge_gap_s = 0.010;
   double gravity_m_s2 = 9.81;
@@ -48,6 +52,7 @@ struct Options {
   double speed_margin = 0.05;
 };
 
+// An audible impact; where contact makes the events, any impact.
 struct DetectedHit {
   double time_s = 0.0;
   double approach_speed_m_s = 0.0;  // as shown; the largest over the touching points
@@ -56,11 +61,11 @@ struct DetectedHit {
   int event = 0;
 };
 
-// Hits chained by the merge gap, those inside the hysteresis band included.
+// Hits chained by the merge gap, those inside the hysteresis band included; or an interval of contact.
 struct DetectedEvent {
-  double time_s = 0.0;      // of its first hit
-  double duration_s = 0.0;  // to its last hit
-  int hits = 0;
+  double time_s = 0.0;      // of its first hit, or where contact begins
+  double duration_s = 0.0;  // to its last hit, or to where contact ends or the body comes to rest
+  int hits = 0;             // in an interval of contact possibly none: a landing too soft to be seen as one
 };
 
 struct MarkCheck {

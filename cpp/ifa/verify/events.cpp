@@ -10,44 +10,86 @@ constexpr double kWidestWindow = 0.050;  // s to either side of a mark
 constexpr double kGapMargin = 1e-4;      // s, of the merge gap
 constexpr std::size_t kMostThresholds = 32;
 
-// The ratio of the transition that a hit ends: hits on a mark belong to the one before it.
-double retime_of_hit(double time_s, const MarkSet& marks, const Claims& claims, double tolerance_s) {
-  for (std::size_t k = 0; k < marks.times_s.size(); ++k)
-    if (time_s <= marks.times_s[k] + tolerance_s) return claims.retime.empty() ? 1.0 : claims.retime[k];
-  return 1.0;
-}
+// What events are made of: a hit, or a touch. `level` is compared with the reading's threshold.
+struct Piece {
+  double begin_s, end_s, latest_end_s;
+  double level;
+  double retime;  // of the transition that it ends
+  bool begins;    // whether an event may begin with it; or it only bridges what would be a gap
+  int hit;        // its index in the certificate, -1 for none
+};
 
 struct Reading {
   std::vector<DetectedEvent> events;
-  std::vector<int> event_of;  // per hit; -1 where it is read as silent
-};
-
-// A hit with what it was before retiming.
-struct Heard {
-  double speed_m_s, retime;
+  std::vector<int> event_of;  // per piece; -1 where it is left out
 };
 
 struct Rule {
-  double audible_speed_m_s;  // only hits above it are read
-  double gap_s;
+  double threshold;      // only pieces above it are read
+  double gap_s, margin;  // gaps shorter than the two together are bridged; > 0: gaps are as short as can be
   bool before_retiming;  // whether the gap is
 };
 
-Reading read_hits(const std::vector<DetectedHit>& hits, const std::vector<Heard>& heard, const Rule& rule) {
+Reading read_pieces(const std::vector<Piece>& pieces, const Rule& rule) {
   Reading reading;
-  reading.event_of.assign(hits.size(), -1);
+  reading.event_of.assign(pieces.size(), -1);
   double previous = 0.0;
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    if (heard[i].speed_m_s <= rule.audible_speed_m_s) continue;
-    const double gap = (hits[i].time_s - previous) / (rule.before_retiming ? heard[i].retime : 1.0);
-    if (reading.events.empty() || gap >= rule.gap_s) reading.events.push_back({hits[i].time_s, 0.0, 0});
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const Piece& p = pieces[i];
+    if (p.level <= rule.threshold) continue;
+    const double gap = (p.begin_s - previous) / (rule.before_retiming ? p.retime : 1.0);
+    const double end = rule.margin > 0.0 ? p.latest_end_s : p.end_s;
+    if (reading.events.empty() || gap >= rule.gap_s + rule.margin) {
+      if (!p.begins) continue;
+      reading.events.push_back({p.begin_s, 0.0, 0});
+      previous = end;
+    }
+    previous = std::max(previous, end);
     DetectedEvent& e = reading.events.back();
-    e.duration_s = hits[i].time_s - e.time_s;
-    ++e.hits;
-    previous = hits[i].time_s;
+    e.duration_s = std::max(e.duration_s, p.end_s - e.time_s);
+    e.hits += p.hit >= 0;
     reading.event_of[i] = static_cast<int>(reading.events.size()) - 1;
   }
   return reading;
+}
+
+// Hits above the lower edge of the hysteresis band; the thresholds are those at which a reading changes.
+std::vector<Piece> audible_pieces(const Impacts& impacts, const Options& options, const RetimeAt& retime_to,
+                                  std::vector<double>* thresholds, std::vector<DetectedHit>* hits) {
+  const double loud = options.audible_speed_m_s * (1.0 + options.speed_margin);
+  thresholds->push_back(options.audible_speed_m_s * (1.0 - options.speed_margin));
+  std::vector<Piece> pieces;
+  for (const Impact& impact : impacts.list) {
+    const double retime = retime_to(impact.time_s);
+    const double speed = impact.speed_m_s * retime;  // before retiming
+    if (speed <= thresholds->front()) continue;
+    pieces.push_back(
+        {impact.time_s, impact.time_s, impact.time_s, speed, retime, true, static_cast<int>(hits->size())});
+    hits->push_back({impact.time_s, impact.speed_m_s, impact.position_m, speed > loud, 0});
+    if (speed <= loud) thresholds->push_back(speed);
+  }
+  std::sort(thresholds->begin(), thresholds->end());
+  while (thresholds->size() > kMostThresholds) {  // every other one, the ends kept
+    for (std::size_t k = 1; k + 1 < thresholds->size(); ++k) thresholds->erase(thresholds->begin() + k);
+  }
+  return pieces;
+}
+
+// Doubtful touches below the second threshold, certain ones above it.
+std::vector<Piece> contact_pieces(const Impacts& impacts, const std::vector<Touch>& touches,
+                                  const RetimeAt& retime_to, std::vector<double>* thresholds,
+                                  std::vector<DetectedHit>* hits) {
+  *thresholds = {0.0, 1.0};
+  std::vector<Piece> pieces;
+  for (const Touch& t : touches) {
+    pieces.push_back(
+        {t.begin_s, t.end_s, t.latest_end_s, t.certain ? 2.0 : 1.0, retime_to(t.begin_s), t.certain, -1});
+    if (t.impact < 0) continue;
+    const Impact& impact = impacts.list[t.impact];
+    pieces.back().hit = static_cast<int>(hits->size());
+    hits->push_back({impact.time_s, impact.speed_m_s, impact.position_m, true, 0});
+  }
+  return pieces;
 }
 
 bool in_marked_span(double time_s, const MarkSet& marks, double tolerance_s) {
@@ -62,35 +104,28 @@ bool in_marked_span(double time_s, const MarkSet& marks, double tolerance_s) {
 
 }  // namespace
 
-void match_events(const Impacts& impacts, const MarkSet& marks, const Claims& claims, const Options& options,
-                  Certificate* certificate) {
+void match_events(const Impacts& impacts, const std::vector<Touch>& touches, const MarkSet& marks,
+                  const Options& options, const RetimeAt& retime_at, Certificate* certificate) {
   Certificate& c = *certificate;
-  const double loud = options.audible_speed_m_s * (1.0 + options.speed_margin);
-  std::vector<Heard> heard;
-  std::vector<double> thresholds{options.audible_speed_m_s * (1.0 - options.speed_margin)};
-  for (const Impact& impact : impacts.list) {
-    const double retime = retime_of_hit(impact.time_s, marks, claims, options.time_tolerance_s);
-    const double speed = impact.speed_m_s * retime;
-    if (speed <= thresholds.front()) continue;
-    c.hits.push_back({impact.time_s, impact.speed_m_s, impact.position_m, speed > loud, 0});
-    heard.push_back({speed, retime});
-    if (speed <= loud) thresholds.push_back(speed);
-  }
-  std::sort(thresholds.begin(), thresholds.end());
-  while (thresholds.size() > kMostThresholds) {  // every other one, the ends kept
-    for (std::size_t k = 1; k + 1 < thresholds.size(); ++k) thresholds.erase(thresholds.begin() + k);
-  }
-  std::vector<Reading> readings;  // the first, of every hit and the widest gap, is reported
-  std::size_t strict = 0;         // from here on, those without any hit that may be silent
+  // What lies on a mark belongs to the transition before it.
+  const RetimeAt retime_to = [&](double time_s) { return retime_at(time_s - options.time_tolerance_s); };
+  const bool contact = options.events == Events::contact;
+  std::vector<double> thresholds;
+  const std::vector<Piece> pieces = contact
+                                        ? contact_pieces(impacts, touches, retime_to, &thresholds, &c.hits)
+                                        : audible_pieces(impacts, options, retime_to, &thresholds, &c.hits);
+  std::vector<Reading> readings;
+  std::size_t strict = 0;  // from here on, those without any piece that may be none
   for (const double threshold : thresholds) {
     strict = readings.size();
     for (const double margin : {kGapMargin, -kGapMargin})
       for (const bool before_retiming : {false, true})
-        readings.push_back(
-            read_hits(c.hits, heard, {threshold, options.merge_gap_s + margin, before_retiming}));
+        readings.push_back(read_pieces(pieces, {threshold, options.merge_gap_s, margin, before_retiming}));
   }
-  c.events = readings.front().events;
-  for (std::size_t i = 0; i < c.hits.size(); ++i) c.hits[i].event = readings.front().event_of[i];
+  const Reading& reported = readings.front();  // of all pieces, and the widest gap
+  c.events = reported.events;
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    if (pieces[i].hit >= 0) c.hits[pieces[i].hit].event = reported.event_of[i];
 
   std::vector<double> starts;
   for (const Reading& reading : readings)
@@ -123,18 +158,19 @@ void match_events(const Impacts& impacts, const MarkSet& marks, const Claims& cl
   }
 
   const double end = times.back() + (marks.durations_s.empty() ? 0.0 : marks.durations_s.back());
-  for (std::size_t i = 0; i < c.hits.size(); ++i) {
-    const double time = c.hits[i].time_s;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const double time = pieces[i].begin_s;
     const bool starts_one = std::any_of(readings.begin() + strict, readings.end(), [&](const Reading& r) {
       return r.event_of[i] >= 0 && r.events[r.event_of[i]].time_s == time;
     });
     if (!starts_one) continue;
+    if (!c.extra_events_s.empty() && c.extra_events_s.back() == time) continue;  // the impact of this touch
     const bool answers = std::any_of(readings.begin(), readings.end(), [&](const Reading& r) {
       return r.event_of[i] >= 0 &&
              std::find(met.begin(), met.end(), r.events[r.event_of[i]].time_s) != met.end();
     });
     if (answers) continue;
-    if (in_marked_span(time, marks, options.time_tolerance_s)) continue;
+    if (!contact && in_marked_span(time, marks, options.time_tolerance_s)) continue;
     if (!marks.rest && time > end) continue;
     c.extra_events_s.push_back(time);
   }

@@ -114,12 +114,14 @@ Poses usable(const Poses& given) {
 }
 
 void judge_marks(const MarkSet& marks, const Claims& claims, const Options& options, Certificate* c) {
+  const bool contact = options.events == Events::contact;
   Failures failures(&c->failures);
   failures.begin_kind();
   for (std::size_t k = 0; k < c->marks.size(); ++k) {
     const MarkCheck& m = c->marks[k];
     if (!m.matched)
-      failures.add(mark_name(k, m.target_s) + " has no audible hit near it");
+      failures.add(mark_name(k, m.target_s) +
+                   (contact ? ": no contact begins near it" : " has no audible hit near it"));
     else if (std::abs(m.error_s) > options.time_tolerance_s)
       failures.add(mark_name(k, m.target_s) + " is met " + number(1e3 * std::abs(m.error_s)) + " ms " +
                    (m.error_s > 0.0 ? "late" : "early"));
@@ -127,7 +129,8 @@ void judge_marks(const MarkSet& marks, const Claims& claims, const Options& opti
   failures.end_kind();
   failures.begin_kind();
   for (const double t : c->extra_events_s)
-    failures.add("an audible hit at " + seconds(t) + " answers no mark");
+    failures.add((contact ? "a contact that begins at " : "an audible hit at ") + seconds(t) +
+                 " answers no mark");
   failures.end_kind();
   for (std::size_t k = 0; k < claims.retime.size(); ++k)
     if (std::abs(claims.retime[k] - 1.0) > options.retime_limit * (1.0 + 1e-9))
@@ -158,15 +161,13 @@ void judge_flights(const std::vector<Flight>& flights, const Options& options, C
   failures.end_kind();
 }
 
-void judge_rest(const Track& track, const MarkSet& marks, const Options& options, Certificate* c) {
-  const Rest rest = find_rest(track, options.rest_speed_m_s);
-  const double end = track.time(track.size() - 1);
-  const double still = end - rest.since_s;
-  const bool long_enough = still >= options.rest_duration_s * (1.0 - 1e-9);
-  c->at_rest = long_enough && rest.supported;
-  c->rest_s = c->at_rest ? rest.since_s : end;
+bool stands_long_enough(const Rest& rest, double end_s, const Options& options) {
+  return end_s - rest.since_s >= options.rest_duration_s * (1.0 - 1e-9);
+}
+
+void judge_rest(const Rest& rest, double end, const MarkSet& marks, const Options& options, Certificate* c) {
   if (!marks.rest || c->at_rest) return;
-  if (long_enough)
+  if (stands_long_enough(rest, end, options))
     c->failures.push_back("the body stands still from " + seconds(rest.since_s) +
                           " where nothing supports its mass centre");
   else
@@ -204,8 +205,22 @@ Certificate verify(const Poses& given, const Body& body, const MarkSet& marks, c
   for (const int j : find_jumps(track)) failures.add("the body jumps at " + seconds(track.time(j)));
   failures.end_kind();
 
+  const double end = track.time(track.size() - 1);
+  const Rest rest = find_rest(track, options.rest_speed_m_s);
+  c.at_rest = rest.supported && stands_long_enough(rest, end, options);
+  c.rest_s = c.at_rest ? rest.since_s : end;
+
   const Impacts impacts = find_impacts(track);
-  match_events(impacts, marks, claims, options, &c);
+  // Which events answer the marks is not known yet: transitions end at the marks.
+  const RetimeAt retime_by_marks = [&](double time_s) {
+    for (std::size_t k = 0; k < claims.retime.size(); ++k)
+      if (time_s <= marks.times_s[k]) return claims.retime[k];
+    return 1.0;
+  };
+  std::vector<Touch> touches;
+  if (options.events == Events::contact)
+    touches = find_touches(track, impacts, options, retime_by_marks, c.rest_s);
+  match_events(impacts, touches, marks, options, retime_by_marks, &c);
   judge_marks(marks, claims, options, &c);
 
   // Transitions end at the events found; where a mark has none, at the mark.
@@ -235,7 +250,7 @@ Certificate verify(const Poses& given, const Body& body, const MarkSet& marks, c
   if (c.max_penetration_m > options.penetration_limit_m)
     c.failures.push_back("the body is " + number(1e3 * c.max_penetration_m) + " mm in the ground at " +
                          seconds(c.max_penetration_time_s));
-  judge_rest(track, marks, options, &c);
+  judge_rest(rest, end, marks, options, &c);
   c.passed = c.failures.empty();
   return c;
 }

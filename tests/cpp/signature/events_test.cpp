@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "sample_bodies.hpp"
 
 namespace ifa {
 namespace {
@@ -128,6 +131,196 @@ TEST(EventBuilder, BeginForgetsTheLastEvent) {
   EXPECT_NEAR(builder.event().amplitude, 0.5, 1e-16);
   EXPECT_EQ(builder.event().time_s, 2.0);
   EXPECT_FALSE(builder.chains(2.0101));
+}
+
+HearingOptions contact() {
+  HearingOptions hearing;
+  hearing.events = Events::contact;
+  return hearing;
+}
+
+TEST(ContactEvent, AnImpactOfAnySpeedCounts) {
+  const EventBuilder builder(contact(), 0.0);
+  EXPECT_TRUE(builder.audible(hit(0, 1, 1e-9)));
+}
+
+TEST(ContactEvent, OneBounceIsDiscrete) {
+  EventBuilder builder(contact(), 0.0);
+  builder.begin(hit(1.5, 2.0));
+  EXPECT_TRUE(builder.chains(1.5099));
+  EXPECT_FALSE(builder.chains(1.5101));
+  const Event e = builder.event();
+  EXPECT_EQ(e.time_s, 1.5);
+  EXPECT_EQ(e.length_s, 0.0);
+  EXPECT_NEAR(e.amplitude, 2.0, 1e-15);
+  EXPECT_EQ(e.hits, 1);
+}
+
+TEST(ContactEvent, GoesOnThroughSustainedContactWhateverItSlips) {
+  // An impact of 3 N s, then 5 N for 40 ms; how it is cut into steps does not matter, nor that it rolls.
+  for (const int steps : {1, 4, 40})
+    for (const double slip_m_s : {0.0, 1.0}) {
+      EventBuilder builder(contact(), 0.0);
+      builder.begin(hit(1.0, 3.0));
+      for (int i = 0; i < steps; ++i)
+        builder.add(Load{1.0 + 0.04 * i / steps, 0.04 / steps, 0.2 / steps, slip_m_s});
+      EXPECT_TRUE(builder.chains(1.0499));  // 10 ms from the end of contact, not from the impact
+      EXPECT_FALSE(builder.chains(1.0501));
+      const Event e = builder.event();
+      EXPECT_NEAR(e.length_s, 0.04, 1e-14);  // rounding, as below
+      EXPECT_NEAR(e.amplitude, 3.2, 1e-14);
+      EXPECT_NEAR(e.centroid_s, 0.2 * 0.02 / 3.2, 1e-14);
+      EXPECT_EQ(e.hits, 1);
+    }
+}
+
+TEST(ContactEvent, ShortFlightsJoinAndTheLongestIsTold) {
+  EventBuilder builder(contact(), 0.0);
+  builder.begin(hit(1.0, 3.0));
+  builder.add(Load{1.0, 0.02, 0.1, 0.0});
+  EXPECT_EQ(builder.event().gap_s, 0.0);
+  builder.add(hit(1.029, 4.0));                // after a flight of 9 ms
+  builder.add(Load{1.029, 0.001, 0.0, 0.0});   // bears nothing: flies already
+  builder.add(Load{1.0325, 0.002, 0.1, 0.0});  // touches again, too softly for an impact
+  const Event e = builder.event();
+  EXPECT_NEAR(e.gap_s, 0.009, 1e-12);
+  EXPECT_EQ(e.loose_s, 0.0);
+  EXPECT_NEAR(e.length_s, 0.0345, 1e-12);
+  EXPECT_NEAR(e.amplitude, 5.0 + 0.2, 1e-14);
+}
+
+TEST(ContactEvent, ContactThatReturnsWithoutAnImpactAfterALongFlightShowsInTheGap) {
+  // Nothing new begins without an impact; the gap says that the merge gap does not hold this.
+  EventBuilder builder(contact(), 0.0);
+  builder.begin(hit(1.0, 3.0));
+  builder.add(Load{1.012, 0.001, 0.1, 0.0});
+  EXPECT_NEAR(builder.event().gap_s, 0.012, 1e-12);
+}
+
+TEST(ContactEvent, AMarkedSpanExcusesNothing) {
+  EventBuilder builder(contact(), 0.5);
+  builder.begin(hit(1.0, 1.0));
+  EXPECT_FALSE(builder.chains(1.0101));
+  builder.add(Load{1.0, 0.6, 0.1, 1.0});  // and contact after the span is contact
+  EXPECT_NEAR(builder.event().length_s, 0.6, 1e-12);
+}
+
+TEST(ContactEvent, RestIsClipped) {
+  EventBuilder builder(contact(), 0.0);
+  builder.begin(hit(1.0, 3.0));
+  for (int i = 0; i < 100; ++i) builder.add(Load{1.0 + 1e-3 * i, 1e-3, 0.005, 0.0});
+  builder.clip(1.0305);  // within a step, which counts in part
+  Event e = builder.event();
+  EXPECT_NEAR(e.length_s, 0.0305, 1e-12);
+  EXPECT_NEAR(e.amplitude, 3.0 + 30.5 * 0.005, 1e-12);
+  EXPECT_NEAR(e.centroid_s, 30.5 * 0.005 * 0.5 * 0.0305 / e.amplitude, 1e-12);
+  builder.clip(1.0);  // dead at once
+  EXPECT_EQ(builder.event().length_s, 0.0);
+  EXPECT_NEAR(builder.event().amplitude, 3.0, 1e-14);
+  builder.begin(hit(2.0, 1.0));  // the next one knows nothing of it
+  builder.add(Load{2.0, 0.05, 0.1, 0.0});
+  e = builder.event();
+  EXPECT_NEAR(e.length_s, 0.05, 1e-12);
+  EXPECT_NEAR(e.amplitude, 1.1, 1e-14);
+}
+
+// What is on the ground of a run, from its nodes and hits alone. The force of a step of contact comes from
+// the change of momentum.
+struct Grounded {
+  double begin_s, end_s, impulse_n_s;
+  bool hit;
+};
+
+std::vector<Grounded> grounded(const Body& body, const Run& run) {
+  std::vector<Grounded> parts;
+  for (const Hit& h : run.hits) parts.push_back({h.time_s, h.time_s, h.impulse_n_s.norm(), true});
+  for (std::size_t i = 0; i + 1 < run.nodes.size(); ++i) {
+    const Node &a = run.nodes[i], &b = run.nodes[i + 1];
+    const double length = std::min(b.time_s, run.rest_s) - a.time_s;
+    if (a.phase != Phase::contact || length <= 0.0) continue;
+    const double whole = b.time_s - a.time_s;
+    const double impulse =
+        body.mass_kg() * (b.state.velocity.z() - a.state.velocity.z() + sample::kGravity * whole);
+    // a body that lifts off within contact bears nothing; 1e-9 of its weight is rounding
+    if (impulse < 1e-9 * body.mass_kg() * sample::kGravity * whole) continue;
+    parts.push_back({a.time_s, a.time_s + length, impulse * length / whole, false});
+  }
+  std::stable_sort(parts.begin(), parts.end(),
+                   [](const Grounded& a, const Grounded& b) { return a.begin_s < b.begin_s; });
+  return parts;
+}
+
+// Merged one after the other, as the paper's section 4 says.
+std::vector<Event> merged(const std::vector<Grounded>& parts, double merge_gap_s) {
+  std::vector<Event> events;
+  double end = -1.0, squares = 0.0, force = 0.0;
+  for (const Grounded& p : parts) {
+    if (events.empty() || p.begin_s - end >= merge_gap_s) {
+      events.push_back({});
+      events.back().time_s = p.begin_s;
+      squares = force = 0.0;
+    }
+    end = std::max(end, p.end_s);
+    (p.hit ? squares : force) += p.hit ? p.impulse_n_s * p.impulse_n_s : p.impulse_n_s;
+    Event& e = events.back();
+    e.hits += p.hit;
+    e.length_s = end - e.time_s < merge_gap_s ? 0.0 : end - e.time_s;
+    e.amplitude = std::sqrt(squares) + force;
+  }
+  return events;
+}
+
+TEST(ContactEvent, AgreesWithMergedIntervalsOfSimulatedRuns) {
+  RandomStream random(11, 0);
+  int continuous = 0, discrete = 0;
+  for (const double restitution : {0.15, 0.5}) {
+    const Body body = sample::box({0.016, 0.02, 0.03}, 0.01, {restitution, 0.3});
+    for (int k = 0; k < 20; ++k) {
+      State state = sample::random_state(body, random, 0.0, 1.0, 20.0);
+      state.velocity.z() = -1.0 - std::abs(state.velocity.z());
+      const auto run = simulate(body, state, {}, 20.0);
+      ASSERT_EQ(run.status, RunStatus::rest);
+
+      EventSimulation simulation(body, {});
+      std::vector<Load> loads;
+      simulation.start(state, 0.0, nullptr, &loads);
+      if (simulation.approach_speed() <= 0.0) continue;
+      std::vector<Event> events;
+      EventBuilder builder(contact(), 0.0);
+      bool begun = false;
+      for (;;) {
+        const bool chains = begun && builder.chains(simulation.time_s());
+        const Hit found = simulation.resolve();
+        if (chains) {
+          builder.add(found);
+        } else {
+          if (begun) events.push_back(builder.event());
+          builder.begin(found);
+        }
+        begun = true;
+        const auto stop = simulation.advance(20.0);
+        for (const Load& load : loads) builder.add(load);
+        loads.clear();
+        if (stop != EventSimulation::Stop::impact) break;
+      }
+      builder.clip(simulation.rest_s());
+      events.push_back(builder.event());
+
+      const std::vector<Event> expected = merged(grounded(body, run), 0.010);
+      ASSERT_EQ(events.size(), expected.size()) << restitution << " " << k;
+      for (std::size_t i = 0; i < events.size(); ++i) {
+        EXPECT_EQ(events[i].time_s, expected[i].time_s);
+        EXPECT_EQ(events[i].hits, expected[i].hits);
+        EXPECT_NEAR(events[i].length_s, expected[i].length_s, 1e-12);
+        // A step ends with corrections (onto the ground, of the energy) that change the momentum but are no
+        // load: up to 1 % of an event here.
+        EXPECT_NEAR(events[i].amplitude / expected[i].amplitude, 1.0, 0.02) << restitution << " " << k;
+        ++(events[i].length_s > 0.0 ? continuous : discrete);
+      }
+    }
+  }
+  EXPECT_GT(continuous, 40);  // the runs show both kinds
+  EXPECT_GT(discrete, 40);
 }
 
 }  // namespace
