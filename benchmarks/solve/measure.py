@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import ifa
@@ -45,9 +45,7 @@ def solve(case: Case, method: str, options: argparse.Namespace) -> Row:
 
     options: `seed`, `time_budget` (s) and `threads`, as `ifa.solve` takes them.
     """
-    named = {
-        "case": case.name, "method": method, "body": case.body.name, "marks": len(case.marks),
-    }  # fmt: skip
+    row = Row(case.name, method, case.body.name, len(case.marks))
     common: dict[str, Any] = {
         "method": method,
         "events": case.events,
@@ -64,7 +62,7 @@ def solve(case: Case, method: str, options: argparse.Namespace) -> Row:
             begin_s = time.perf_counter()
         solution = ifa.solve(case.body, case.marks, **common)
     except (ifa.NoMotionError, ifa.IfaValueError) as error:
-        return Row(**named, solve_s=time.perf_counter() - begin_s, note=str(error))
+        return replace(row, solve_s=time.perf_counter() - begin_s, note=str(error))
     events = solution.events
     certificate = ifa.verify(
         solution.motion,
@@ -73,8 +71,8 @@ def solve(case: Case, method: str, options: argparse.Namespace) -> Row:
         retime=[event.retime for event in events],
         energy_gain_j=case.energy_gain_j,
     )
-    return Row(
-        **named,
+    return replace(
+        row,
         succeeded=solution.succeeded,
         plausible=solution.plausible,
         score=solution.score,

@@ -7,11 +7,12 @@ from itertools import product
 from pathlib import Path
 
 import ifa
+from ifa.marks import Ending
 
 from .cases import Case
 
 # Bodies of recordings whose name does not say it; the balls bounce on after the recording ends.
-_OTHER_BODIES = {
+_OTHER_BODIES: dict[str, tuple[str, Ending]] = {
     "diceapi_roll1": ("d6", "rest"),
     "qabcs_rubber_ball": ("ball", "open"),
     "foobillard_balloutoftable": ("ball", "open"),
@@ -32,7 +33,9 @@ def _recordings(shared: Path, marked: str) -> list[Case]:
     cases = []
     for path in sorted((shared / "sounds").glob(f"*.{marked}.txt")):
         name = path.name.removesuffix(f".{marked}.txt")
-        body, ending = _OTHER_BODIES.get(name) or (name.split("_")[1], "rest")
+        body, ending = (
+            _OTHER_BODIES[name] if name in _OTHER_BODIES else (name.split("_")[1], "rest")
+        )
         marks = ifa.Signature.read(path, sound=path.with_name(f"{name}.wav"), ending=ending)
         cases.append(Case(name, ifa.bodies.get(body), marks, "fit"))
     return cases
@@ -107,5 +110,5 @@ def _tosses(shared: Path) -> tuple[ifa.Body, list[dict]]:
     return body, data["tosses"]
 
 
-def _ending(toss: dict) -> str:
+def _ending(toss: dict) -> Ending:
     return "rest" if toss["terminal"] else "open"

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
+from textwrap import shorten
 
 from benchmarks.physics.report import write_csv
 
 from .bars import median, worst_retimings_percent
 from .measure import Row
 
+LONGEST_NOTE = 200
 HEADER = (
     f"{'case':26} {'method':8} {'body':6} {'marks':>5} {'succeeded':>9} {'plausible':>9} "
     f"{'score':>6} {'error ms':>8} {'retime %':>8} {'excess':>7} {'e':>5} {'verify':>6} "
@@ -19,7 +21,7 @@ HEADER = (
 
 
 def line(row: Row) -> str:
-    """The row below HEADER, its note on a line of its own."""
+    """The row below HEADER; its note, cut where it is long, on a line of its own."""
 
     def yes(value: bool) -> str:
         return "yes" if value else "NO"
@@ -30,7 +32,7 @@ def line(row: Row) -> str:
         f"{row.excess:7.3f} {row.restitution:5.2f} {yes(row.verified):>6} {row.rung:4} "
         f"{row.solve_s:6.2f}"
     )
-    return f"{text}\n    {row.note}" if row.note else text
+    return f"{text}\n    {shorten(row.note, LONGEST_NOTE)}" if row.note else text
 
 
 def summary(name: str, rows: Sequence[Row]) -> str:

@@ -11,8 +11,10 @@ HITS = 200
 _SIXTEENTH_S = 60.0 / 120.0 / 4.0  # at 120 beats a minute
 
 # Bars of 16 sixteenths; digits are how hard, of 9; dots are rests or go on. Written for this
-# benchmark: eighths with an accent on one and three, sixteenths to lead on, rests to land on.
-_BARS = ("9.4.6.4.8.446.4.", "9.4.6.438.4.6.45", "9..46.4.8..46...", "9.4.6.4.8.446454")
+# benchmark: eighths with an accent on one and three, sixteenths to lead on, rests of a quarter. No
+# gap is more than twice the one before: a bounce cannot be changed beyond that and still look like
+# one, however much energy it may gain.
+_BARS = ("9.4.6.4.8.446.4.", "9.4.6.438.4.6.45", "9.4...6.8.4...6.", "9.4.6.4.8.446454")
 _G_M_S2 = 9.81
 
 
