@@ -64,8 +64,8 @@ hard-cases: build  ## run the hard cases in full, about an hour, and print what 
 	@IFA_HARD_CASES_SHARE=1 ctest --test-dir $(CMAKE_DIR) --no-tests=error -j $$(nproc) -V --timeout 7200 \
 	  -R '^(hard_cases|base.RotationLog)' | $(PY) tests/cpp/hard_cases/table.py
 
-bench: build  ## solve the recordings and tosses in ../shared and print the table
-	@$(PY) benchmarks/solve.py
+bench: build  ## solve recorded and simulated signatures, verify, judge (ARGS="--quick" for a short run)
+	@$(PY) -m benchmarks.solve $(ARGS)
 
 # A tree of its own: the peers are no part of the project, and Bullet is needed by nothing else.
 BENCH_DIR := build/bench

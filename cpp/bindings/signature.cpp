@@ -1,10 +1,11 @@
-// Marks: the contact-time signature of a sound.
+// Marks: the contact-time signature of a sound, or of a simulated run.
 #include "ifa/signature/marks.hpp"
 
 #include <limits>
 #include <optional>
 
 #include "bindings.hpp"
+#include "ifa/signature/signature_of.hpp"
 
 namespace ifa::bindings {
 namespace {
@@ -34,10 +35,26 @@ Marks make_marks(const Array& times_s, const std::optional<Array>& durations_s,
   return marks;
 }
 
+// Of a run's hits: times (n,), impulses (n, 3) and approach speeds (n,).
+Marks run_marks(const Array& times_s, const Array& impulses_n_s, const Array& approach_speeds_m_s,
+                bool at_rest, double audible_speed_m_s, double merge_gap_s) {
+  const std::vector<double> times = to_vector(times_s, "time_s");
+  const std::vector<Vec3> impulses = to_points(impulses_n_s, "impulse_n_s");
+  const std::vector<double> speeds = to_vector(approach_speeds_m_s, "approach_speed_m_s");
+  if (impulses.size() != times.size() || speeds.size() != times.size())
+    throw ArgumentError("run: its hits need a time, an impulse and an approach speed each");
+  Run run;
+  run.status = at_rest ? RunStatus::rest : RunStatus::time_limit;
+  for (std::size_t i = 0; i < times.size(); ++i)
+    run.hits.push_back({times[i], impulses[i], speeds[i], Vec3::Zero()});
+  return signature_of(run, {audible_speed_m_s, merge_gap_s});
+}
+
 }  // namespace
 
 void bind_signature(py::module_& m) {
   m.attr("MERGE_GAP_S") = kMergeGap_s;
+  m.attr("AUDIBLE_SPEED_M_S") = HearingOptions{}.audible_speed_m_s;
 
   py::class_<Marks>(m, "Marks", "The marks as the core holds them; `ifa.Signature` is the documented face.")
       .def(py::init(&make_marks), py::arg("times_s"), py::arg("durations_s") = py::none(),
@@ -54,6 +71,10 @@ void bind_signature(py::module_& m) {
       .def_property_readonly("centroids_s", [](const Marks& marks) { return from_vector(marks.centroids_s); })
       .def_property_readonly(
           "ending", [](const Marks& marks) { return marks.ending == Ending::rest ? "rest" : "open"; });
+
+  m.def("run_marks", &run_marks, py::arg("times_s"), py::arg("impulses_n_s"), py::arg("approach_speeds_m_s"),
+        py::arg("at_rest"), py::arg("audible_speed_m_s"), py::arg("merge_gap_s"),
+        "The Marks of a run's hits, not yet validated.");
 }
 
 }  // namespace ifa::bindings

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ifa import _core
 from ifa._core import IfaValueError
-from ifa.arguments import array, number
+from ifa.arguments import array, number, positive
 from ifa.mark_files import fields_of, read_marks
+from ifa.simulation import Run
 from ifa.sound import FilePath, file_name
 from ifa.text_files import write_text
 
@@ -21,9 +22,12 @@ Ending = Literal["rest", "open"]
 MERGE_GAP_S: float = _core.MERGE_GAP_S
 """Contacts closer than 10 ms are one event (paper section 4)."""
 
+AUDIBLE_SPEED_M_S: float = _core.AUDIBLE_SPEED_M_S
+"""Impacts that approach slower are silent."""
+
 HEARING: Mapping[str, Any] = {
     "events": "audible",
-    "audible_speed_m_s": 0.05,
+    "audible_speed_m_s": AUDIBLE_SPEED_M_S,
     "merge_gap_s": MERGE_GAP_S,
 }
 """What an event of a motion is, unless told otherwise (CONVENTIONS.md, "Hits, events, rest")."""
@@ -161,6 +165,57 @@ class Signature:
             line = f", line {file.lines[int(mark[1]) - 1]}" if mark and file.lines else ""
             raise IfaValueError(f"{name}{line}: {error}") from None
         return marks if sound is None else marks.with_sound(sound)
+
+    @classmethod
+    def from_run(
+        cls,
+        run: Run,
+        *,
+        audible_speed_m_s: float = AUDIBLE_SPEED_M_S,
+        merge_gap_s: float = MERGE_GAP_S,
+    ) -> Self:
+        """The marks of a simulated run: what a recording of it would be marked with.
+
+        In the audible sense, and of hits only: slip makes no mark and lengthens none. Hits that
+        approach at `audible_speed_m_s` or faster, each less than `merge_gap_s` after the one
+        before, are one mark at the time of the first, in seconds of the run. A chain shorter than
+        the merge gap is discrete, a longer one has that duration and the centroid of its impulses.
+        Amplitudes are sqrt(sum |J|^2), in N s. The ending is "rest" where the run came to rest.
+
+        Args:
+            run: Of `ifa.simulate`.
+            audible_speed_m_s: Above 0.
+            merge_gap_s: Above 0.
+
+        Raises:
+            IfaValueError: No hit of the run is audible, or an argument cannot be.
+
+        Example:
+            >>> import ifa
+            >>> ball = ifa.bodies.get("ball")
+            >>> run = ifa.simulate(ball, ifa.State([0.0, 0.0, 0.5]), until_s=1.0)
+            >>> Signature.from_run(run).times_s.round(4).tolist()
+            [0.3149, 0.8188]
+        """
+        if not isinstance(run, Run):
+            raise IfaValueError(f"run: needs an ifa.Run, got {type(run).__name__}")
+        gap_s = positive(merge_gap_s, "merge_gap_s")
+        marks = _core.run_marks(
+            run.hits.time_s,
+            run.hits.impulse_n_s,
+            run.hits.approach_speed_m_s,
+            at_rest=run.status == "rest",
+            audible_speed_m_s=positive(audible_speed_m_s, "audible_speed_m_s"),
+            merge_gap_s=gap_s,
+        )
+        return cls(
+            marks.times_s,
+            marks.durations_s,
+            marks.amplitudes,
+            marks.centroids_s,
+            marks.ending,
+            merge_gap_s=gap_s,
+        )
 
     @classmethod
     def from_dict(cls, marks: dict[str, Any], *, merge_gap_s: float = MERGE_GAP_S) -> Self:

@@ -1,0 +1,1 @@
+"""Solves recorded, measured, simulated and composed signatures, and says how well."""
