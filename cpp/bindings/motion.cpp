@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bindings.hpp"
+#include "ifa/motion/difference.hpp"
 #include "ifa/motion/sampling.hpp"
 #include "states.hpp"
 
@@ -29,7 +30,9 @@ void bind_motion(py::module_& m) {
             return from_states(states);
           },
           py::arg("times_s"), py::arg("after") = true,
-          "positions (n, 3), quaternions wxyz (n, 4), velocities (n, 3), angular velocities (n, 3).");
+          "positions (n, 3), quaternions wxyz (n, 4), velocities (n, 3), angular velocities (n, 3).")
+      .def("difference", &difference, py::arg("other"), py::arg("from_s"), py::arg("to_s"),
+           py::call_guard<py::gil_scoped_release>());
 
   m.def(
       "sample_states",

@@ -26,6 +26,7 @@ from ifa._core import (
 )
 from ifa.batch import Batch, SampleStatus, instruction_sets, sample_states, simulate_batch
 from ifa.body import Body, MeshWarning
+from ifa.estimation import Estimate, Finding, Gap, estimate
 from ifa.marks import Signature
 from ifa.simulation import Hits, Run, State, fly, simulate
 from ifa.solution import Event, Motion, Solution, solve
@@ -36,7 +37,10 @@ __all__ = [
     "Body",
     "Cancelled",
     "Certificate",
+    "Estimate",
     "Event",
+    "Finding",
+    "Gap",
     "Hits",
     "IfaError",
     "IfaFileError",
@@ -52,6 +56,7 @@ __all__ = [
     "State",
     "__version__",
     "bodies",
+    "estimate",
     "fly",
     "instruction_sets",
     "sample_states",

@@ -1,4 +1,4 @@
-"""The command line: `ifa solve`, `ifa verify`, `ifa bodies`.
+"""The command line: `ifa solve`, `ifa estimate`, `ifa verify`, `ifa bodies`.
 
 Exit codes: 0 done, 2 bad input, 3 no acceptable motion (the best one is still written, unless not
 even a first contact was found), 4 cancelled. With `--json` stdout holds one JSON object and nothing
@@ -104,6 +104,13 @@ def _parser() -> argparse.ArgumentParser:
     _add_json(solve)
     solve.set_defaults(run=_solve)
 
+    estimate = verbs.add_parser("estimate", help="say what the marks ask for, without a search")
+    _add_body(estimate)
+    _add_marks(estimate)
+    _add_ending(estimate)
+    _add_json(estimate)
+    estimate.set_defaults(run=_estimate)
+
     verify = verbs.add_parser("verify", help="check a motion again, from its poses alone")
     verify.add_argument("motion", metavar="MOTION", help="what ifa solve -o wrote")
     _add_marks(verify)
@@ -207,6 +214,17 @@ def _solve(options: argparse.Namespace) -> int:
         if options.out is not None:
             print(f"written to {options.out}")
     return DONE if solution.succeeded else NO_MOTION
+
+
+def _estimate(options: argparse.Namespace) -> int:
+    marks = ifa.Signature.read(options.marks, ending=options.ending)
+    body = _body(options)
+    estimate = ifa.estimate(body, marks)
+    if options.json:
+        _print_json(estimate.to_dict())
+    else:
+        print(report.estimate_text(estimate, body, marks))
+    return DONE
 
 
 def _verify(options: argparse.Namespace) -> int:

@@ -1,11 +1,13 @@
-"""Solutions and bodies as text for people."""
+"""Solutions, estimates and bodies as text for people."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from ifa.marks import MERGE_GAP_S
+from ifa.body import Body
+from ifa.estimation import Estimate
+from ifa.marks import MERGE_GAP_S, Signature
 from ifa.solution import Event, Solution
 
 # CONVENTIONS.md, "Accuracy of a solve"
@@ -15,6 +17,7 @@ _LEAST_SCORE = 0.3
 _LARGEST_PENETRATION_M = 1e-4
 _AUDIBLE_SPEED_M_S = 0.05
 _ROUNDING_J = 1e-9
+_MOST_FINDINGS = 10  # in a text; a rhythm can have one at each mark
 _SAME_S = 1e-9  # a hit's time and the same time as an event's
 
 
@@ -133,6 +136,48 @@ def solution_text(solution: Solution) -> str:
             )
         )
     return "\n".join([*lines, *table(rows, align=">" * 6)])
+
+
+def estimate_text(estimate: Estimate, body: Body, marks: Signature) -> str:
+    """The material to begin with, one line for each gap, and the findings."""
+    source = "from the gaps" if estimate.restitution_from_gaps else "the body's own"
+    if estimate.restitution_from_gaps and not estimate.ball:
+        source += ", a hint"
+    lines = [
+        f"{body.name}: {len(marks)} marks, {marks.times_s[-1] - marks.times_s[0]:.4g} s",
+        f"restitution {estimate.restitution:.3g} ({source}), friction {estimate.friction:.3g} "
+        "(the body's own: gaps do not show it)",
+    ]
+    if estimate.next_gap_s is not None:
+        near = "near" if estimate.rest_is_near else "not near"
+        lines.append(
+            f"rest is {near}: the last bounce would take {1e3 * estimate.next_gap_s:.3g} ms"
+        )
+    if estimate.gaps:
+        rows = [("mark", "at s", "gap ms", "ratio", "take-off m/s", "apex mm", "least - most", "mJ",
+                 "needed mJ")]  # fmt: skip
+        for k, gap in enumerate(estimate.gaps, start=2):
+            least_m, most_m = gap.apex_range_m
+            rows.append(
+                (
+                    str(k),
+                    f"{marks.times_s[k - 1]:.4f}",
+                    f"{1e3 * gap.gap_s:.1f}",
+                    "" if gap.ratio is None else f"{gap.ratio:.2f}",
+                    f"{gap.takeoff_speed_m_s:.3f}",
+                    f"{1e3 * gap.apex_m:.4g}",
+                    f"{1e3 * least_m:.3g} - {1e3 * most_m:.3g}",
+                    f"{1e3 * gap.energy_j:.3g}",
+                    f"{1e3 * gap.needed_j:.3g}",
+                )
+            )
+        lines += ["", "if the body flies in the gap before each mark:"]
+        lines += table(rows, align=">" * len(rows[0]))
+    if estimate.findings:
+        lines += ["", *(str(finding) for finding in estimate.findings[:_MOST_FINDINGS])]
+        if len(estimate.findings) > _MOST_FINDINGS:
+            lines.append(f"and {len(estimate.findings) - _MOST_FINDINGS} more (--json has all)")
+    return "\n".join(lines)
 
 
 def bodies_text(bodies: Iterable[dict[str, Any]]) -> str:

@@ -7,6 +7,7 @@ extern "C" {
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numbers>
@@ -192,6 +193,47 @@ std::vector<Triangle> hull_triangles(const std::vector<Vec3>& points) {
   return {};
 }
 
+// The point nearest to the origin of the simplex of at most four points, of which only those that carry it
+// are kept. Tries every face; a degenerate one only gives a point that is no nearer.
+Vec3 nearest_of_simplex(std::vector<Vec3>& simplex) {
+  Vec3 nearest = simplex.front();
+  std::vector<Vec3> carriers{nearest};
+  for (unsigned chosen = 1; chosen < 1u << simplex.size(); ++chosen) {
+    std::vector<Vec3> face;
+    for (std::size_t i = 0; i < simplex.size(); ++i)
+      if (chosen >> i & 1u) face.push_back(simplex[i]);
+    Vec3 point = face.front();
+    if (face.size() > 1) {
+      Eigen::Matrix<double, 3, Eigen::Dynamic> edges(3, face.size() - 1);
+      for (std::size_t i = 1; i < face.size(); ++i) edges.col(i - 1) = face[i] - face.front();
+      const Eigen::VectorXd shares = edges.colPivHouseholderQr().solve(-face.front());
+      if (shares.minCoeff() < 0.0 || shares.sum() > 1.0) continue;
+      point += edges * shares;
+    }
+    if (point.squaredNorm() < nearest.squaredNorm()) {
+      nearest = point;
+      carriers = face;
+    }
+  }
+  simplex = carriers;
+  return nearest;
+}
+
+// Of the hull of the points from the origin (Gilbert, Johnson and Keerthi 1988). Stops where rounding ends
+// the progress, and so is never too small.
+double distance_m(const std::vector<Vec3>& points) {
+  std::vector<Vec3> simplex{points.front()};
+  Vec3 nearest = points.front();
+  for (;;) {
+    simplex.push_back(*std::min_element(points.begin(), points.end(), [&](const Vec3& a, const Vec3& b) {
+      return nearest.dot(a) < nearest.dot(b);
+    }));
+    const Vec3 next = nearest_of_simplex(simplex);
+    if (!(next.squaredNorm() < nearest.squaredNorm()) || simplex.size() > 3) return next.norm();
+    nearest = next;
+  }
+}
+
 }  // namespace
 
 void check_rings(std::vector<Ring>& rings) {
@@ -264,6 +306,16 @@ Hull convex_hull(const std::vector<Vec3>& points) {
   if (!hull.flat)
     for (const auto& [i, j, k] : triangles) hull.triangles.push_back({position[i], position[j], position[k]});
   return hull;
+}
+
+double least_reach_m(const std::vector<Vec3>& points) {
+  const Hull hull = convex_hull(points);
+  double least = hull.flat ? -1.0 : std::numeric_limits<double>::infinity();
+  for (const auto& [i, j, k] : hull.triangles) {
+    const Vec3 &a = hull.vertices[i], &b = hull.vertices[j], &c = hull.vertices[k];
+    least = std::min(least, (b - a).cross(c - a).normalized().dot(a));
+  }
+  return least >= 0.0 ? least : -distance_m(hull.vertices);
 }
 
 }  // namespace ifa

@@ -21,6 +21,10 @@ struct Hull {
 // Points closer to each other than 1e-9 of the extent are merged, and a set thinner than that is flat.
 Hull convex_hull(const std::vector<Vec3>& points);
 
+// The least, over all directions, of how far the points reach from the origin: the radius of the largest ball
+// about it that their hull holds, or minus its distance from the hull if it lies outside. Throws as above.
+double least_reach_m(const std::vector<Vec3>& points);
+
 // A circular edge: the circle of this radius about `centre_m`, across the unit vector `axis`.
 struct Ring {
   Vec3 centre_m = Vec3::Zero(), axis = kUp;

@@ -126,6 +126,50 @@ TEST(ConvexHull, AgreesWithBruteForce) {
   }
 }
 
+// Exact for boxes: the nearest face where the origin is inside, else the distance, which is that of the
+// clamped coordinates.
+TEST(LeastReach, OfABoxWhereverTheOriginIs) {
+  RandomStream random(12, 0);
+  int inside = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 half(random.uniform(0.1, 2.0), random.uniform(0.1, 2.0), random.uniform(0.1, 2.0));
+    const Vec3 centre(random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0));
+    const Vec3 beyond = centre.cwiseAbs() - half;  // per axis, how far the origin is outside
+    const bool is_inside = beyond.maxCoeff() < 0.0;
+    inside += is_inside;
+    const double wanted = is_inside ? -beyond.maxCoeff() : -beyond.cwiseMax(0.0).norm();
+    EXPECT_NEAR(least_reach_m(box(2.0 * half, centre)), wanted, 1e-13) << i;  // some roundings of 4
+  }
+  EXPECT_GT(inside, 20);
+}
+
+// No direction reaches less, and some direction comes near.
+TEST(LeastReach, AgreesWithBruteForceOverDirections) {
+  RandomStream random(13, 0);
+  for (int shape = 0; shape < 20; ++shape) {
+    const Vec3 shift = random.uniform(0.0, 1.5) * random.unit_vector();
+    std::vector<Vec3> points;
+    for (int i = 0; i < 12; ++i) points.push_back(shift + random.uniform(0.5, 1.0) * random.unit_vector());
+    const double least = least_reach_m(points);
+    double best = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 20000; ++i) best = std::min(best, support(points, random.unit_vector()));
+    EXPECT_GE(best, least - 1e-14) << shape;
+    // The nearest of 20,000 directions is 0.014 rad away on average, 0.05 almost always; no point is farther
+    // than 2.5.
+    EXPECT_LT(best, least + 0.05 * 2.5) << shape;
+  }
+}
+
+TEST(LeastReach, OfFlatSets) {
+  const Vec3 p(0.3, -0.4, 1.2), q(-0.6, 0.8, -2.4);  // on one line through the origin
+  EXPECT_NEAR(least_reach_m({p}), -1.3, 1e-15);
+  EXPECT_NEAR(least_reach_m({p, q}), 0.0, 1e-15);
+  EXPECT_NEAR(least_reach_m({{1, -1, 0}, {1, 1, 0}}), -1.0, 1e-15);
+  EXPECT_NEAR(least_reach_m({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}), 0.0, 1e-15);
+  EXPECT_NEAR(least_reach_m({{-1, -1, 2}, {1, -1, 2}, {1, 1, 2}, {-1, 1, 2}}), -2.0, 1e-15);
+  EXPECT_NEAR(least_reach_m({Vec3::Zero()}), 0.0, 0.0);
+}
+
 TEST(ConvexHull, ScalingByAPowerOfFourKeepsTheBits) {
   RandomStream random(3, 0);
   std::vector<Vec3> points, larger;
