@@ -47,7 +47,7 @@ Marks run_marks(const Array& times_s, const Array& impulses_n_s, const Array& ap
   run.status = at_rest ? RunStatus::rest : RunStatus::time_limit;
   for (std::size_t i = 0; i < times.size(); ++i)
     run.hits.push_back({times[i], impulses[i], speeds[i], Vec3::Zero()});
-  return signature_of(run, {audible_speed_m_s, merge_gap_s});
+  return signature_of(run, {Events::audible, audible_speed_m_s, merge_gap_s});
 }
 
 }  // namespace
