@@ -1,4 +1,5 @@
 // The forward search.
+#include "ifa/forward/kept.hpp"
 #include "ifa/forward/solve.hpp"
 
 #include <optional>
@@ -50,6 +51,10 @@ py::dict from_solution(const Solution& s) {
   d["restitution"] = s.restitution;
   d["friction"] = s.friction;
   d["rung"] = s.rung;
+  py::list others;
+  for (const Solution& other : s.others) others.append(from_solution(other));
+  d["others"] = others;
+  d["kept"] = std::const_pointer_cast<KeptSearch>(s.kept);
   return d;
 }
 
@@ -100,17 +105,29 @@ void bind_forward(py::module_& m) {
   auto& no_motion = py::register_exception<NoMotionError>(m, "NoMotionError", m.attr("IfaError"));
   no_motion.doc() = "There is no motion to show: no first contact was found for this body and these marks.";
   m.attr("RUNGS") = rung_count();
+  m.attr("CLEARLY_DIFFERENT") = kClearlyDifferent;
+  py::class_<KeptSearch, std::shared_ptr<KeptSearch>>(m, "KeptSearch", "What a solve keeps for another one.");
   m.def(
       "solve_forward",
       [](const Body& body, const Marks& marks, std::uint64_t seed, double time_budget_s, int threads,
-         bool fit_material, double energy_gain_j, int rung, const std::shared_ptr<Progress>& progress) {
-        const SolveOptions options{seed, time_budget_s, threads, fit_material, energy_gain_j, rung};
+         bool fit_material, double energy_gain_j, int rung, bool contact, int takes, double lead_in_s,
+         const std::shared_ptr<KeptSearch>& reuse, const std::shared_ptr<Progress>& progress) {
+        const SolveOptions options{seed,
+                                   time_budget_s,
+                                   threads,
+                                   fit_material,
+                                   energy_gain_j,
+                                   rung,
+                                   contact ? Events::contact : Events::audible,
+                                   takes,
+                                   lead_in_s,
+                                   reuse};
         const auto work = [&](Progress* p) { return solve_forward(body, marks, options, p); };
         return from_solution(run_interruptible<Solution>(progress, work));
       },
       py::arg("body"), py::arg("marks"), py::kw_only(), py::arg("seed"), py::arg("time_budget_s"),
-      py::arg("threads"), py::arg("fit_material"), py::arg("energy_gain_j"), py::arg("rung"),
-      py::arg("progress"));
+      py::arg("threads"), py::arg("fit_material"), py::arg("energy_gain_j"), py::arg("rung"), py::arg("contact"),
+      py::arg("takes"), py::arg("lead_in_s"), py::arg("reuse"), py::arg("progress"));
   m.def(
       "estimate",
       [](const Body& body, const Marks& marks, const Array& gravity_m_s2) {

@@ -29,10 +29,12 @@ from ifa.body import Body, MeshWarning
 from ifa.estimation import Estimate, Finding, Gap, estimate
 from ifa.marks import Signature
 from ifa.simulation import Hits, Run, State, fly, simulate
-from ifa.solution import Event, Motion, Solution, solve
+from ifa.solution import Event, Motion, Solution
+from ifa.solving import CLEARLY_DIFFERENT, solve
 from ifa.verification import Certificate, verify
 
 __all__ = [
+    "CLEARLY_DIFFERENT",
     "Batch",
     "Body",
     "Cancelled",

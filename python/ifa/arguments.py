@@ -31,14 +31,16 @@ def positive(value: Any, field: str) -> float:
     return out
 
 
-def whole(value: Any, field: str, largest: int) -> int:
-    """`value` as an int from 0 to `largest`."""
+def whole(value: Any, field: str, largest: int, *, least: int = 0) -> int:
+    """`value` as an int from `least` to `largest`."""
     if (
         isinstance(value, bool)
         or not isinstance(value, int | np.integer)
-        or not 0 <= value <= largest
+        or not least <= value <= largest
     ):
-        raise IfaValueError(f"{field}: must be a whole number from 0 to {largest}, got {value!r}")
+        raise IfaValueError(
+            f"{field}: must be a whole number from {least} to {largest}, got {value!r}"
+        )
     return int(value)
 
 

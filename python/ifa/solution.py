@@ -1,11 +1,10 @@
-"""Solving: from a body and marks to a motion whose contacts land on the marks."""
+"""A solve's result: the motion, how each mark was met, and how good it is."""
 
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -184,14 +183,23 @@ class Solution:
     rung: int
     energy_gain_j: float = 0.0
     method: str = "forward"
+    #: Further takes: motions clearly different from this one and from one another, best first.
+    others: tuple[Solution, ...] = field(default=(), repr=False, compare=False)
+    #: What `ifa.solve(..., reuse=solution)` goes on from.
+    kept: Any = field(default=None, repr=False, compare=False)
+
+    @property
+    def takes(self) -> tuple[Solution, ...]:
+        """This motion and the others that the solve was asked for, best first."""
+        return (self, *self.others)
 
     def to_dict(self) -> dict[str, Any]:
         """What `ifa solve --json` prints: every figure, JSON-ready, without the motion.
 
         `hearing` says what an event is: `events`, `audible_speed_m_s` and `merge_gap_s`.
         """
-        left_out = {"motion", "body", "marks"}
-        names = [field.name for field in fields(self) if field.name not in left_out]
+        left_out = {"motion", "body", "marks", "others", "kept"}
+        names = [item.name for item in fields(self) if item.name not in left_out]
         out = {name: getattr(self, name) for name in names}
         out["events"] = [vars(event) for event in self.events]
         out["hearing"] = self.motion.hearing
@@ -216,97 +224,5 @@ class Solution:
         write_text(path, json.dumps(out, allow_nan=False) + "\n")
 
 
-def solve(
-    body: Body,
-    marks: Signature,
-    *,
-    method: str = "forward",
-    events: str = "audible",
-    seed: int = 0,
-    time_budget_s: float = 10.0,
-    threads: int | None = None,
-    material: str = "given",
-    energy_gain_j: float = 0.0,
-    takes: int = 1,
-    constraints: Sequence[Any] = (),
-    progress: _core.Progress | None = None,
-    rung: int | None = None,
-) -> Solution:
-    """Find a motion of `body` whose audible hits land on `marks`.
-
-    material: "given" keeps the body's restitution and friction, "fit" chooses the restitution.
-    energy_gain_j: how much a contact may add to the energy. time_budget_s: the search climbs a
-    ladder of rungs until a motion is plausible; a rung that the budget leaves too little time for
-    is not begun, and one begun is finished.
-    rung: run just this one, so that the result depends on no clock: the same seed and rung give the
-    same motion, byte for byte. threads: 1 or more, None is one for each core; the result does not
-    depend on it. progress: read its `fraction` and call its `cancel()` from another thread.
-
-    The best motion found is returned even if it is not `succeeded`; it may miss marks
-    (`missed_hits` above 0) or hit where there is none (`extra_hits`). Raises IfaValueError naming
-    the argument or the mark, NoMotionError where not even a first contact was found, Cancelled.
-    Method: a beam search forwards from event to event; each impact is changed within the
-    plausibility region of the paper (section 5.4) so that the next audible hit comes in time.
-    """
-    if not isinstance(body, Body):
-        raise IfaValueError("body: needs an ifa.Body")
-    if not isinstance(marks, Signature):
-        raise IfaValueError("marks: needs an ifa.Signature")
-    _only(method, "method", "forward")
-    _only(events, "events", "audible")
-    if material not in ("given", "fit"):
-        raise IfaValueError(f'material: must be "given" or "fit", got {material!r}')
-    if isinstance(takes, bool) or not isinstance(takes, int | np.integer) or takes != 1:
-        raise IfaValueError(f"takes: this version finds 1, got {takes!r}")
-    if not isinstance(constraints, Sequence) or len(constraints):
-        raise IfaValueError(f"constraints: this version knows none, got {constraints!r}")
-    arguments.check_progress(progress)
-    gain = arguments.number(energy_gain_j, "energy_gain_j")
-    if not 0.0 <= gain < np.inf:
-        raise IfaValueError(f"energy_gain_j: must be finite and 0 or more, got {gain:g}")
-    began = time.perf_counter()
-    found = _core.solve_forward(
-        body._core,
-        marks._marks,
-        seed=arguments.whole(seed, "seed", 2**64 - 1),
-        time_budget_s=arguments.positive(time_budget_s, "time_budget_s"),
-        threads=arguments.threads(threads),
-        fit_material=material == "fit",
-        energy_gain_j=gain,
-        rung=-1 if rung is None else arguments.whole(rung, "rung", _core.RUNGS - 1),
-        progress=progress,
-    )
-    motion = Motion(found.pop("motion"), [event["retime"] for event in found["events"]], gain)
-    return Solution(
-        motion=motion,
-        body=body.replace(restitution=found["restitution"], friction=found["friction"]),
-        marks=marks,
-        events=[Event(**event) for event in found.pop("events")],
-        solve_s=time.perf_counter() - began,
-        effects=_effects(body, marks, material),
-        seed=int(seed),
-        energy_gain_j=gain,
-        **found,
-    )
-
-
-def _effects(body: Body, marks: Signature, material: str) -> dict[str, bool]:
-    """Which effects the solve took into account."""
-    inertia = np.linalg.eigvalsh(body.inertia_kg_m2)
-    return {
-        "amplitude_matching": marks.amplitudes is not None,
-        "length_matching": bool((np.asarray(marks.durations_s) > 0.0).any()),
-        "settling_to_rest": marks.ending == "rest",
-        "spin_coupling": bool(inertia[2] - inertia[0] > 1e-12 * inertia[2]),
-        "friction": body.friction > 0.0,
-        "material_fit": material == "fit",
-    }
-
-
 def _times(times_s: ArrayLike) -> np.ndarray:
     return arguments.array(times_s, "times_s", (None,))
-
-
-def _only(value: str, field: str, wanted: str) -> None:
-    if value != wanted:
-        raise IfaValueError(f'{field}: this version has "{wanted}", got {value!r}')

@@ -64,13 +64,15 @@ class Search {
     level.batch_ends = {level.candidates.size()};
   }
 
-  // The last level again, for marks that have changed after it.
+  // The last level again, for marks that have changed after it, and for this beam's width.
   void look_again() {
     std::vector<Candidate>& level = beam_.levels.back().candidates;
     const auto chunks = chunks_of(0, level.size(), kChunk, [&](std::size_t i) { return level[i].body; });
     each_chunk(chunks, [&](std::size_t c, Expander& expander) {
       expander.look_ahead(std::span(level).subspan(chunks[c].from, chunks[c].size), beam_.levels.size() - 1);
     });
+    if (beam_.levels.size() > 1)
+      beam_.levels.back() = select(std::move(level), problem_, room(), kBatches, false);
   }
 
   // Children of the last level.
@@ -126,11 +128,11 @@ class Search {
         e1 = std::max(e1, kinetic_energy(problem_.bodies[c.body], c.onset.after));
       }
       for (auto& c : parents) {
-        hit += c.unchanged.next == Next::hit;
-        late += c.unchanged.next == Next::late;
-        rest += c.unchanged.next == Next::rest;
-        g0 += c.unchanged.interval_s < problem_.target_s(k) * 0.95;
-        g1 += c.unchanged.interval_s > problem_.target_s(k) * 1.05;
+        hit += c.unchanged->next == Next::hit;
+        late += c.unchanged->next == Next::late;
+        rest += c.unchanged->next == Next::rest;
+        g0 += c.unchanged->interval_s < problem_.target_s(k) * 0.95;
+        g1 += c.unchanged->interval_s > problem_.target_s(k) * 1.05;
       }
       fprintf(stderr,
               "k %zu gap %.0f ms parents %zu (hit %zu late %zu rest %zu early %g after %g) children %zu fit "
@@ -143,6 +145,7 @@ class Search {
       fprintf(stderr, "\n");
     }
     const bool even = 2 * k <= problem_.marks.size();
+    beam_.levels[k].forget(std::max(from, ends.front()));
     auto next = select(std::move(all), problem_, room(), kBatches, even);
     if (!next.candidates.empty()) beam_.levels.push_back(std::move(next));
   }
@@ -152,8 +155,8 @@ class Search {
   void finish() {
     const std::vector<Candidate>& last = beam_.levels.back().candidates;
     for (std::size_t i = 0; i < last.size(); ++i) {
-      if (!ends_as_asked(last[i].unchanged, problem_.marks.ending)) continue;
-      add_leaf(i, {last[i].onset.after, 0.0, 0.0}, last[i].unchanged.event);
+      if (!ends_as_asked(*last[i].unchanged, problem_.marks.ending)) continue;
+      add_leaf(i, {last[i].onset.after, 0.0, 0.0}, last[i].unchanged->event);
     }
     for (const Tolerance& tolerance : {kPlausible, kTolerable}) {
       if (!beam_.leaves.empty()) break;
@@ -214,7 +217,7 @@ class Search {
     std::size_t n = 0;
     for (const Candidate& c : all) {
       if (c.violations > 0) continue;
-      if (last && ends_as_asked(c.unchanged, problem_.marks.ending)) return room();
+      if (last && ends_as_asked(*c.unchanged, problem_.marks.ending)) return room();
       const auto parent = static_cast<std::size_t>(c.parent);
       if (parent >= born.size()) born.resize(parent + 1, 0);
       if (born[parent]++ < kMostChildren) ++n;

@@ -1,6 +1,7 @@
 // What the beam holds: states that have reached an event, and how they came there.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "ifa/forward/passage.hpp"
@@ -41,7 +42,8 @@ struct Candidate {
   double first_amplitude = 0.0;  // of the first event
   int violations = 0;            // marks that were met, but not plausibly
   double outlook = 0.0;          // a guess of the log weight to come
-  Passage unchanged;             // how it goes on without a change
+  // How it goes on without a change; dropped once its children are chosen.
+  std::shared_ptr<const Passage> unchanged;
 
   double rank() const { return log_weight + outlook; }
 };

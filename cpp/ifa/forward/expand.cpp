@@ -141,24 +141,25 @@ void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
   trials_.run(candidates, k, unchanged);
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     Candidate& c = candidates[i];
-    c.unchanged = unchanged[i].passage;
+    const Passage& passage = unchanged[i].passage;
+    c.unchanged = std::make_shared<const Passage>(passage);
     c.outlook = 0.0;
-    if (k > 0) c.outlook += log_product(sound_factors(c.unchanged.event, marks, k, c.first_amplitude));
+    if (k > 0) c.outlook += log_product(sound_factors(passage.event, marks, k, c.first_amplitude));
     double miss;
     if (k + 1 < marks.size()) {
       constexpr double kReach = 0.25;  // a change moves the next hit by some such share
       constexpr double kRest = 0.8, kLate = 0.5;
-      miss = hits_at_all(c.unchanged)         ? std::log(c.unchanged.interval_s / problem.target_s(k))
-             : c.unchanged.next == Next::late ? kLate
-                                              : kRest;
+      miss = hits_at_all(passage)         ? std::log(passage.interval_s / problem.target_s(k))
+             : passage.next == Next::late ? kLate
+                                          : kRest;
       miss /= kReach;
     } else {
       // How much too loud the hit is that should not come; a change makes it softer by some such share.
       constexpr double kReach = 0.7, kDubious = 1.0;
-      miss = ends_as_asked(c.unchanged, marks.ending) ? 0.0
-             : c.unchanged.next == Next::hit ? kDubious + std::log(c.unchanged.onset.hit.approach_speed_m_s /
-                                                                   problem.physics.hearing.audible_speed_m_s)
-                                             : kDubious;
+      miss = ends_as_asked(passage, marks.ending) ? 0.0
+             : passage.next == Next::hit          ? kDubious + std::log(passage.onset.hit.approach_speed_m_s /
+                                                                        problem.physics.hearing.audible_speed_m_s)
+                                                  : kDubious;
       miss /= kReach;
     }
     c.outlook -= 0.5 * miss * miss;

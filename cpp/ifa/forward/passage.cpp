@@ -6,6 +6,7 @@
 namespace ifa {
 namespace {
 
+constexpr double kContactMargin = 0.01;
 constexpr int kMostImpacts =
     60;  // in one passage: chatter, which no viewer could follow, and each costs time
 
@@ -27,14 +28,19 @@ bool Listener::begins_next(double time_s, double approach_speed_m_s) {
     dubious_ = true;
     return true;
   }
-  dubious_ |= std::abs(approach_speed_m_s / hearing.audible_speed_m_s - 1.0) < physics_->margin;
-  if (approach_speed_m_s < hearing.audible_speed_m_s) return false;
+  const bool contact = hearing.events == Events::contact;
+  if (!contact) {
+    dubious_ |= std::abs(approach_speed_m_s / hearing.audible_speed_m_s - 1.0) < physics_->margin;
+    if (approach_speed_m_s < hearing.audible_speed_m_s) return false;
+  }
+  // The end of a contact can be told sharply; a third of all motions have a flight within 5 % of the gap.
+  const double margin = contact ? kContactMargin : physics_->margin;
   const double gap = time_s - event_.last_s();
   if (!event_.chains(time_s)) {
-    dubious_ |= gap < hearing.merge_gap_s * (1.0 + physics_->margin);
+    dubious_ |= gap < hearing.merge_gap_s * (1.0 + margin);
     return true;
   }
-  dubious_ |= gap > hearing.merge_gap_s * (1.0 - physics_->margin) && span_s_ == 0.0;
+  dubious_ |= gap > hearing.merge_gap_s * (1.0 - margin) && (contact || span_s_ == 0.0);
   return false;
 }
 
@@ -47,6 +53,7 @@ Passage Listener::ended(Next next, double time_s, const State& end, double rest_
   Passage passage;
   passage.next = dubious_ && next != Next::late ? Next::dubious : next;
   passage.interval_s = time_s;
+  if (next == Next::rest) event_.clip(rest_s);
   passage.event = event_.event();
   passage.end = end;
   passage.rest_s = rest_s;
@@ -150,13 +157,12 @@ bool Passages::settle(State& state) const {
 Passage record_passage(const Body& body, const SearchPhysics& physics, const Departure& departure,
                        Record& record, const Progress* progress) {
   Listener listener(physics, departure);
-  std::vector<Load> loads;
   EventSimulation simulation(body, physics.simulation);
-  simulation.start(departure.after, 0.0, &record.nodes, &loads, progress);
+  simulation.start(departure.after, 0.0, &record.nodes, &record.loads, progress);
+  std::size_t heard = record.loads.size();
   for (;;) {
     const auto stop = simulation.advance(departure.limit_s);
-    for (const Load& load : loads) listener.add(load);
-    loads.clear();
+    for (; heard < record.loads.size(); ++heard) listener.add(record.loads[heard]);
     const double now = simulation.time_s();
     if (stop == EventSimulation::Stop::rest)
       return listener.ended(Next::rest, now, simulation.state(), simulation.rest_s());

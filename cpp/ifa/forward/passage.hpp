@@ -20,6 +20,11 @@ struct SearchPhysics {
   // either way by whoever checks the motion: a motion that has one is not used.
   double margin = 0.05;
   double energy_gain_j = 0.0;
+
+  // An impact that approaches this fast begins an event that nobody could miss.
+  double least_onset_speed_m_s() const {
+    return hearing.events == Events::contact ? 0.0 : hearing.audible_speed_m_s * (1.0 + margin);
+  }
 };
 
 // The impact an event begins with.
@@ -104,6 +109,7 @@ class Passages {
 struct Record {
   std::vector<Node> nodes;
   std::vector<Hit> hits;  // audible or not, without the onset's
+  std::vector<Load> loads;
 };
 
 // One passage, with what lies on the way; the same bytes as in Passages. `onset` is left as it is.

@@ -9,8 +9,7 @@
 namespace ifa {
 namespace {
 
-constexpr double kLeastLeadIn_s = 0.1;  // before the first mark, even where the sound begins with it
-constexpr double kMostLeadIn_s = 0.5;
+constexpr double kLeastLeadIn_s = 0.1;     // before the first mark, even where the sound begins with it
 constexpr double kStillAtEnd_s = 0.1;      // shown after coming to rest
 constexpr int kMostUnasked = 200;          // audible hits after the last mark that was reached
 constexpr double kTailBeforeHit_s = 2e-3;  // an open motion ends this long before a hit that no mark asks for
@@ -19,37 +18,74 @@ constexpr double kTailBeforeHit_s = 2e-3;  // an open motion ends this long befo
 constexpr double kOnTime_s = 1e-3, kMostRetime = 0.30, kMostPenetration_m = 1e-4, kLeastScore = 0.3;
 constexpr double kPlausibleRetime = 0.07;
 
-void append(std::vector<Node>& nodes, std::vector<Hit>& hits, const Record& record, double offset_s) {
-  for (Node node : record.nodes) {
-    node.time_s += offset_s;
-    nodes.push_back(node);
-  }
-  for (Hit hit : record.hits) {
-    hit.time_s += offset_s;
-    hits.push_back(hit);
-  }
+void append(Record& whole, const Record& part, double offset_s) {
+  const auto add = [offset_s](auto& to, const auto& from) {
+    for (auto item : from) {
+      item.time_s += offset_s;
+      to.push_back(item);
+    }
+  };
+  add(whole.nodes, part.nodes);
+  add(whole.hits, part.hits);
+  add(whole.loads, part.loads);
 }
 
 // A mark without a hit of its own: the nearest audible hit stands in, and no factor is left.
 void report_missed(const Motion& motion, const HearingOptions& hearing, double target_s, EventReport& event) {
   double nearest = motion.end_s();
   for (const Hit& hit : motion.hits())
-    if (hit.approach_speed_m_s >= hearing.audible_speed_m_s &&
+    if (EventBuilder(hearing, 0.0).audible(hit) &&
         std::abs(hit.time_s - target_s) < std::abs(nearest - target_s))
       nearest = hit.time_s;
   event = {target_s, nearest, nearest - target_s, 0.0, 1.0, 0.0, {}};
   event.factors.time = 0.0;
 }
 
+// Measured on the motion itself: every audible hit must belong to a mark's event.
+void count_hits(const Record& whole, const SearchPhysics& physics, const Marks& marks, const TimeMap& time,
+                Solution& solution) {
+  const std::size_t n = marks.size();
+  std::size_t k = 0;
+  std::vector<char> met(n, 0);
+  EventBuilder builder(physics.hearing, 0.0);
+  bool begun = false;
+  auto load = whole.loads.begin();
+  for (const Hit& hit : whole.hits) {
+    for (; load != whole.loads.end() && load->time_s < hit.time_s; ++load)
+      if (begun) builder.add(*load);
+    if (!builder.audible(hit)) continue;
+    if (begun && builder.chains(hit.time_s)) {
+      builder.add(hit);
+      continue;
+    }
+    while (k < n && met[k]) ++k;
+    if (k < n && hit.time_s == time.simulated_s[k]) {
+      met[k] = 1;
+      builder = EventBuilder(physics.hearing, marks.durations_s[k]);
+      solution.events[k].achieved_s = time.to_motion(hit.time_s);
+    } else {
+      ++solution.extra_hits;
+    }
+    builder.begin(hit);
+    begun = true;
+  }
+  for (std::size_t missed = 0; missed < n; ++missed) {
+    if (met[missed]) continue;
+    ++solution.missed_hits;
+    report_missed(*solution.motion, physics.hearing, marks.times_s[missed], solution.events[missed]);
+  }
+}
+
 }  // namespace
 
 Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks, const Found& found,
-                       const Progress* progress) {
+                       double lead_in_s, const Progress* progress) {
   const std::size_t n = marks.size(), links = found.links.size();
   const Vec3& gravity = physics.simulation.gravity_m_s2;
   const bool rest = marks.ending == Ending::rest;
-  std::vector<Node> nodes;
-  std::vector<Hit> hits;
+  Record whole;
+  std::vector<Node>& nodes = whole.nodes;
+  std::vector<Hit>& hits = whole.hits;
   TimeMap time;
   Solution solution;
   solution.events.resize(n);
@@ -58,7 +94,7 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
   double now = marks.times_s[0];
   {
     const State& first = found.links[0].onset.before;
-    const double wanted = std::clamp(now, kLeastLeadIn_s, kMostLeadIn_s);
+    const double wanted = std::min(std::max(now, kLeastLeadIn_s), lead_in_s);
     const double clear = clear_before(body, first, gravity, wanted);
     const double lead = clear < wanted ? 0.999 * clear : wanted;  // just after the earlier contact
     Flight flight(body);
@@ -79,7 +115,7 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
     const double limit = last ? (rest ? kLongestRest_s : kOpenTail_s) : kNever;
     Passage passage = record_passage(
         body, physics, {link.onset.hit, link.leave.after, marks.durations_s[k], limit}, record, progress);
-    append(nodes, hits, record, now);
+    append(whole, record, now);
 
     if (k == 0) first_amplitude = passage.event.amplitude;
     EventReport& event = solution.events[k];
@@ -113,7 +149,7 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
         Record unasked;
         passage =
             record_passage(body, physics, {onset.hit, onset.after, 0.0, kLongestRest_s}, unasked, progress);
-        append(nodes, hits, unasked, now);
+        append(whole, unasked, now);
       }
       end = now + passage.interval_s;
       nodes.push_back({end, passage.end, nodes.back().phase});
@@ -137,40 +173,15 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
   // An open motion ends before the hit that stopped it, exactly on its flight or between two steps of
   // contact.
   if (!rest) {
-    const Motion whole(body, gravity, nodes, hits, {});
-    const State at_end = to_principal(body, whole.sample({end}, Side::before).front());
+    const Motion longer(body, gravity, nodes, hits, {});
+    const State at_end = to_principal(body, longer.sample({end}, Side::before).front());
     while (nodes.size() > 1 && nodes.back().time_s >= end) nodes.pop_back();
     nodes.push_back({end, at_end, nodes.back().phase});
     std::erase_if(hits, [&](const Hit& h) { return h.time_s >= end; });
   }
   solution.motion = std::make_shared<Motion>(body, gravity, nodes, hits, time);
 
-  // Measured on the motion itself: every audible hit must belong to a mark's event.
-  std::size_t k = 0;
-  std::vector<char> met(n, 0);
-  EventBuilder builder(physics.hearing, 0.0);
-  bool begun = false;
-  for (const Hit& hit : hits) {
-    if (!builder.audible(hit)) continue;
-    if (begun && builder.chains(hit.time_s)) {
-      builder.add(hit);
-      continue;
-    }
-    while (k < n && met[k]) ++k;
-    if (k < n && hit.time_s == time.simulated_s[k]) {
-      met[k] = 1;
-      builder = EventBuilder(physics.hearing, marks.durations_s[k]);
-      solution.events[k].achieved_s = solution.motion->time().to_motion(hit.time_s);
-    } else {
-      ++solution.extra_hits;
-    }
-    builder.begin(hit);
-    begun = true;
-  }
-  solution.missed_hits = static_cast<int>(std::count(met.begin(), met.end(), 0));
-  for (std::size_t missed = 0; missed < n; ++missed)
-    if (!met[missed])
-      report_missed(*solution.motion, physics.hearing, marks.times_s[missed], solution.events[missed]);
+  count_hits(whole, physics, marks, time, solution);
 
   double most_retime = 1.0, most_excess = 0.0;
   std::vector<Factors> factors;

@@ -6,7 +6,7 @@
 namespace ifa {
 
 Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks, const Found& found,
-                       const Progress* progress = nullptr);
+                       double lead_in_s, const Progress* progress = nullptr);
 
 // Whether a is better: plausible, then succeeded, then fewer missed and extra hits, then the score.
 bool better(const Solution& a, const Solution& b);

@@ -1,6 +1,7 @@
 // Which children go on.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "ifa/forward/candidate.hpp"
@@ -14,6 +15,13 @@ inline constexpr std::size_t kMostChildren = 4;  // of one parent that are kept,
 struct Level {
   std::vector<Candidate> candidates;
   std::vector<std::size_t> batch_ends;
+
+  // What is not needed any more once children are chosen: candidates that never had a turn, and passages.
+  void forget(std::size_t from) {
+    candidates.resize(std::min(from, candidates.size()));
+    std::erase_if(batch_ends, [from](std::size_t end) { return end > from; });
+    for (Candidate& c : candidates) c.unchanged.reset();
+  }
 };
 
 // The most promising fill the first batch, those that were left out the next, and so on, at most `batches`.

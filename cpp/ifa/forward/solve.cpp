@@ -1,11 +1,14 @@
 #include "ifa/forward/solve.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <optional>
 
 #include "ifa/base/message.hpp"
+#include "ifa/forward/kept.hpp"
+#include "ifa/forward/materials.hpp"
 #include "ifa/forward/report.hpp"
+#include "ifa/forward/takes.hpp"
 
 namespace ifa {
 namespace {
@@ -15,17 +18,127 @@ struct Rung {
 };
 constexpr Rung kLadder[] = {{40, 3}, {120, 3}, {360, 3}, {1080, 3}, {3240, 3}};
 
-std::vector<Material> materials_to_try(const Body& body, bool fit) {
-  std::vector<Material> materials{body.material()};
-  if (!fit) return materials;
-  for (const double restitution : {0.6, 0.45, 0.3, 0.75}) {
-    if (std::abs(restitution - body.material().restitution) < 0.05) continue;
-    Material material = body.material();
-    material.restitution = restitution;
-    materials.push_back(material);
-  }
-  return materials;
+constexpr int kMostSearches = 12;  // of one rung, for the takes that the first one lacks
+
+void check(const SolveOptions& options) {
+  if (!(options.time_budget_s > 0.0)) throw ArgumentError("time_budget_s: must be above 0");
+  if (!(options.energy_gain_j >= 0.0)) throw ArgumentError("energy_gain_j: must be 0 or more");
+  if (options.rung >= rung_count())
+    throw ArgumentError("rung: the last one is " + std::to_string(rung_count() - 1));
+  if (options.takes < 1) throw ArgumentError("takes: must be 1 or more");
+  if (!(options.lead_in_s > 0.0)) throw ArgumentError("lead_in_s: must be above 0");
 }
+
+class Solver {
+ public:
+  Solver(const Body& body, const Marks& marks, const SolveOptions& options, Progress* progress)
+      : options_(options), progress_(progress) {
+    kept_.physics.energy_gain_j = options.energy_gain_j;
+    kept_.physics.hearing.events = options.events;
+    kept_.marks = marks;
+    kept_.fit_material = options.fit_material;
+    for (const Material& material : materials_to_try(body, marks, options.fit_material))
+      kept_.bodies.push_back(body.with_material(material));
+    if (options.reuse) check_reuse(*options.reuse, body, kept_.physics, options.fit_material);
+  }
+
+  Solution solve() {
+    if (options_.reuse) go_on(*options_.reuse);
+    if (takes_.empty() || !takes_.front().plausible) climb();
+    if (progress_) progress_->raise_to(1.0);
+    if (takes_.empty())
+      throw NoMotionError("no first contact was found from which a flight could reach " +
+                          mark_name(0, kept_.marks.times_s[0]));
+    Solution best = std::move(takes_.front());
+    best.others.assign(std::make_move_iterator(takes_.begin() + 1), std::make_move_iterator(takes_.end()));
+    best.kept = std::make_shared<const KeptSearch>(std::move(kept_));
+    return best;
+  }
+
+ private:
+  double seconds_gone() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+  }
+
+  Problem problem() const { return {kept_.bodies, kept_.physics, kept_.marks}; }
+
+  BeamOptions beam_options(int rung) const {
+    return {kLadder[rung].beam, kLadder[rung].proposals, options_.seed, options_.threads};
+  }
+
+  // What a rung has found competes with what others did only as a whole.
+  void offer(Beam&& beam, std::vector<Solution>&& takes, int rung) {
+    for (Solution& s : takes) {
+      s.rung = rung;
+      s.simulated_s = beam.simulated_s;
+    }
+    if (!takes_.empty() && !better(takes.front(), takes_.front())) return;
+    takes_ = std::move(takes);
+    kept_.rung = rung;
+    kept_.beam = std::move(beam);
+  }
+
+  std::vector<Solution> takes_of(const Beam& beam) const {
+    return best_takes(problem(), beam, options_.takes, options_.lead_in_s, {}, progress_);
+  }
+
+  void go_on(const KeptSearch& before) {
+    const std::size_t same = std::min(marks_in_common(before.marks, kept_.marks), before.beam.levels.size());
+    if (same == 0) return;
+    kept_.bodies = before.bodies;  // the levels refer to them
+    for (int rung = 0; rung <= before.rung; ++rung) {
+      Beam beam = search_beam(problem(), beam_options(rung), {progress_, 0.0, 0.0}, &before.beam, same);
+      auto takes = takes_of(beam);
+      offer(std::move(beam), std::move(takes), rung);
+      if (takes_.front().plausible) return;
+    }
+  }
+
+  void climb() {
+    const int first = std::max(options_.rung, 0),
+              last = options_.rung >= 0 ? options_.rung : rung_count() - 1;
+    const double parts = last - first + 1;
+    double rung_s = 0.0;
+    for (int rung = first; rung <= last; ++rung) {
+      // A rung costs about as much more than the last one as it is larger; if it fails early, less. One that
+      // would not get half done within the budget is not begun.
+      const double rung_began = seconds_gone();
+      if (rung > first) {
+        const double more = static_cast<double>(kLadder[rung].beam) / kLadder[rung - 1].beam;
+        if (rung_began + 0.5 * more * rung_s > options_.time_budget_s) return;
+      }
+      const Share share{progress_, (rung - first) / parts, (rung - first + 1) / parts};
+      Beam beam = search_beam(problem(), beam_options(rung), share);
+      if (!beam.levels.empty()) {
+        auto takes = takes_of(beam);
+        if (takes.front().plausible) add_takes(rung, takes);
+        offer(std::move(beam), std::move(takes), rung);
+        if (takes_.front().plausible) return;
+      }
+      rung_s = seconds_gone() - rung_began;
+    }
+  }
+
+  // Takes that the rung's first search lacks, from more of the same with other random numbers.
+  void add_takes(int rung, std::vector<Solution>& takes) {
+    for (int search = 1; search < kMostSearches && takes.size() < static_cast<std::size_t>(options_.takes);
+         ++search) {
+      BeamOptions other = beam_options(rung);
+      other.seed += 0x9E3779B97F4A7C15u * static_cast<std::uint64_t>(search);
+      const Beam beam = search_beam(problem(), other, {progress_, 0.0, 0.0});
+      if (beam.leaves.empty()) continue;
+      auto more = best_takes(problem(), beam, options_.takes, options_.lead_in_s, takes, progress_);
+      std::move(more.begin(), more.end(), std::back_inserter(takes));
+    }
+    std::stable_sort(takes.begin(), takes.end(), better);
+  }
+
+  const SolveOptions& options_;
+  Progress* progress_;
+  KeptSearch kept_{};
+  std::vector<Solution> takes_;
+  std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+};
 
 }  // namespace
 
@@ -33,55 +146,9 @@ int rung_count() { return static_cast<int>(std::size(kLadder)); }
 
 Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions& options,
                        Progress* progress) {
-  SearchPhysics physics;
-  physics.energy_gain_j = options.energy_gain_j;
-  validate(marks, physics.hearing.merge_gap_s);
-  if (!(options.time_budget_s > 0.0)) throw ArgumentError("time_budget_s: must be above 0");
-  if (!(options.energy_gain_j >= 0.0)) throw ArgumentError("energy_gain_j: must be 0 or more");
-  if (options.rung >= rung_count())
-    throw ArgumentError("rung: the last one is " + std::to_string(rung_count() - 1));
-
-  const auto began = std::chrono::steady_clock::now();
-  const auto seconds_gone = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  };
-  std::vector<Body> bodies;
-  for (const Material& material : materials_to_try(body, options.fit_material))
-    bodies.push_back(body.with_material(material));
-  const Problem problem{bodies, physics, marks};
-
-  std::optional<Solution> best;
-  const int first = options.rung >= 0 ? options.rung : 0,
-            last = options.rung >= 0 ? options.rung : rung_count() - 1;
-  const double parts = last - first + 1;
-  double rung_s = 0.0;
-  for (int rung = first; rung <= last; ++rung) {
-    // A rung costs about as much more than the last one as it is larger; if it fails early, less. One that
-    // would not get a quarter done within the budget is not begun.
-    const double rung_began = seconds_gone();
-    if (rung > first) {
-      const double more = static_cast<double>(kLadder[rung].beam * kLadder[rung].proposals) /
-                          (kLadder[rung - 1].beam * kLadder[rung - 1].proposals);
-      if (rung_began + 0.25 * more * rung_s > options.time_budget_s) break;
-    }
-    const Share share{progress, (rung - first) / parts, (rung - first + 1) / parts};
-    const Beam beam = search_beam(
-        problem, {kLadder[rung].beam, kLadder[rung].proposals, options.seed, options.threads}, share);
-    rung_s = seconds_gone() - rung_began;
-    if (beam.levels.empty()) continue;
-    const Found found = best_of(beam);
-    Solution own =
-        make_solution(bodies[static_cast<std::size_t>(found.body)], physics, marks, found, progress);
-    own.rung = rung;
-    own.simulated_s = beam.simulated_s;
-    if (!best || better(own, *best)) best = std::move(own);
-    if (best->plausible) break;
-  }
-  if (progress) progress->raise_to(1.0);
-  if (!best)
-    throw NoMotionError("no first contact was found from which a flight could reach " +
-                        mark_name(0, marks.times_s[0]));
-  return *best;
+  validate(marks);
+  check(options);
+  return Solver(body, marks, options, progress).solve();
 }
 
 }  // namespace ifa

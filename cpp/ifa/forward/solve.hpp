@@ -17,13 +17,21 @@ class NoMotionError : public Error {
   using Error::Error;
 };
 
+struct KeptSearch;
+
 struct SolveOptions {
   std::uint64_t seed = 0;
   double time_budget_s = 10.0;  // once over, no further rung is begun
   int threads = 0;              // 0: one for each core
-  bool fit_material = false;    // try materials, else the body's own
+  bool fit_material = false;    // choose restitution and friction from the marks
   double energy_gain_j = 0.0;   // that a change may add to one impact, above the energy before it
   int rung = -1;                // run just this rung, whatever the clock says; -1: climb
+  Events events = Events::audible;
+  int takes = 1;           // clearly different motions, at most
+  double lead_in_s = 0.5;  // of flight before the first mark, at most; less where an earlier contact comes
+  // An earlier solve of this body with these options: what its marks and these have in common is gone on
+  // from.
+  std::shared_ptr<const KeptSearch> reuse;
 };
 
 struct EventReport {
@@ -46,13 +54,20 @@ struct Solution {
   double simulated_s = 0.0;                  // in all, on the motion's own rung
   double restitution = 0.0, friction = 0.0;  // that the motion was made with
   int rung = 0;
+  std::vector<Solution> others;  // further takes, best first
+  std::shared_ptr<const KeptSearch> kept;
 };
 
-// The ladder: beams and proposals grow from rung to rung; on each, first within the plausible region, then
-// beyond it (a larger excess and more retiming, which may still succeed); with fit_material, each material in
-// turn. The first plausible motion ends the climb; otherwise the best so far is returned, if need be one that
-// misses marks. The clock only decides whether another rung begins, so a rung's result depends on the
-// arguments alone. Throws NoMotionError, Cancelled, or ArgumentError.
+// Takes differ by at least so much: Motion difference from the first to the last mark, in bounding radii.
+inline constexpr double kClearlyDifferent = 1.0;
+
+// The ladder: beams grow from rung to rung. On each, the materials to choose from share one beam, and a mark
+// that no plausible motion reaches may be met beyond the plausible region (a larger excess and more retiming,
+// which may still succeed). The first plausible motion ends the climb; otherwise the best so far is returned,
+// if need be one that misses marks. The clock only decides whether another rung begins, so a rung's result
+// depends on the arguments alone. With `reuse`, narrow beams first go on from the last event that the marks
+// before have in common; if none finds a plausible motion, the ladder is climbed as without. Throws
+// NoMotionError, Cancelled, or ArgumentError.
 Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions& options, Progress* progress);
 
 int rung_count();

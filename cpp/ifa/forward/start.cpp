@@ -35,7 +35,7 @@ namespace {
 bool usable(const Body& body, const SearchPhysics& physics, const StartOptions& options, const State& s) {
   EventSimulation at(body, physics.simulation);
   at.start(s, 0.0);
-  return at.approach_speed() >= physics.hearing.audible_speed_m_s * (1.0 + physics.margin) &&
+  return at.approach_speed() >= physics.least_onset_speed_m_s() &&
          clear_before(body, s, physics.simulation.gravity_m_s2, options.clear_s) >= options.clear_s;
 }
 
@@ -98,7 +98,6 @@ struct Throw {
 
 // Looks at the trial speeds of all throws side by side.
 void look(const Problem& problem, Passages& passages, std::vector<Throw>& throws, const Progress* progress) {
-  const HearingOptions& hearing = problem.physics.hearing;
   const double target = problem.target_s(0);
   std::vector<State> before;
   std::vector<std::size_t> owner;
@@ -118,7 +117,7 @@ void look(const Problem& problem, Passages& passages, std::vector<Throw>& throws
   for (std::size_t j = 0; j < owner.size(); ++j) {
     Throw& t = throws[owner[j]];
     const double speed = std::exchange(t.trial, 0.0);
-    if (onsets[j].hit.approach_speed_m_s < hearing.audible_speed_m_s * (1.0 + problem.physics.margin)) {
+    if (onsets[j].hit.approach_speed_m_s < problem.physics.least_onset_speed_m_s()) {
       t.bracket.reset();
       continue;
     }

@@ -56,7 +56,7 @@ Trial Trials::unchanged(std::span<const Candidate> candidates, std::size_t index
   Trial trial;
   trial.candidate = index;
   trial.after = candidates[index].onset.after;
-  trial.passage = candidates[index].unchanged;
+  trial.passage = *candidates[index].unchanged;
   trial.lateness_s = lateness_s(problem_, k, trial.passage);
   return trial;
 }

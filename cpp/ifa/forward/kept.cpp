@@ -1,0 +1,46 @@
+#include "ifa/forward/kept.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ifa/base/error.hpp"
+
+namespace ifa {
+namespace {
+
+bool same_body(const Body& a, const Body& b) {
+  const Material &m = a.material(), &n = b.material();
+  const auto same_ring = [](const Ring& r, const Ring& s) {
+    return r.centre_m == s.centre_m && r.axis == s.axis && r.radius_m == s.radius_m;
+  };
+  return a.mass_kg() == b.mass_kg() && a.radius_m() == b.radius_m() &&
+         a.inertia_kg_m2() == b.inertia_kg_m2() && a.vertices() == b.vertices() &&
+         std::ranges::equal(a.rings(), b.rings(), same_ring) && m.restitution == n.restitution &&
+         m.friction == n.friction && m.rolling_friction_m == n.rolling_friction_m &&
+         m.spin_friction_m == n.spin_friction_m;
+}
+
+}  // namespace
+
+std::size_t marks_in_common(const Marks& a, const Marks& b) {
+  const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+  if (a.amplitudes.empty() != b.amplitudes.empty()) return 0;
+  std::size_t k = 0;
+  while (k < std::min(a.size(), b.size()) && a.times_s[k] == b.times_s[k] &&
+         a.durations_s[k] == b.durations_s[k] && same(a.centroids_s[k], b.centroids_s[k]) &&
+         (a.amplitudes.empty() || a.amplitudes[k] == b.amplitudes[k]))
+    ++k;
+  return k;
+}
+
+void check_reuse(const KeptSearch& kept, const Body& body, const SearchPhysics& physics, bool fit_material) {
+  if (!same_body(kept.bodies.front(), body)) throw ArgumentError("reuse: it is of another body or material");
+  if (kept.physics.hearing.events != physics.hearing.events)
+    throw ArgumentError("reuse: its events are of the other kind");
+  if (kept.physics.energy_gain_j != physics.energy_gain_j)
+    throw ArgumentError("reuse: its energy_gain_j was another one");
+  if (kept.fit_material != fit_material)
+    throw ArgumentError("reuse: its material was chosen in the other way");
+}
+
+}  // namespace ifa

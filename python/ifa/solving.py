@@ -1,0 +1,162 @@
+"""Solving: from a body and marks to a motion whose contacts land on the marks."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ifa import _core, arguments
+from ifa._core import IfaValueError
+from ifa.body import Body
+from ifa.marks import HEARING, Signature
+from ifa.solution import Event, Motion, Solution
+
+CLEARLY_DIFFERENT: float = _core.CLEARLY_DIFFERENT
+"""How much takes differ at least: `Motion.difference` from the first to the last mark."""
+
+
+def solve(
+    body: Body,
+    marks: Signature,
+    *,
+    method: str = "forward",
+    events: str = "audible",
+    seed: int = 0,
+    time_budget_s: float = 10.0,
+    threads: int | None = None,
+    material: str = "given",
+    energy_gain_j: float = 0.0,
+    takes: int = 1,
+    constraints: Sequence[Any] = (),
+    progress: _core.Progress | None = None,
+    rung: int | None = None,
+    lead_in_s: float = 0.5,
+    reuse: Solution | None = None,
+) -> Solution:
+    """Find a motion of `body` whose audible hits land on `marks`.
+
+    Args:
+        body: What moves.
+        marks: When its contacts happen.
+        method: "forward".
+        events: "audible": marks are hits that sound, between them the body may fly or stay in
+            silent contact. "contact": marks are intervals of contact, between them it flies (paper
+            section 4).
+        seed: Of the random numbers: another one finds another motion.
+        time_budget_s: The search climbs a ladder of rungs until a motion is plausible; a rung that
+            the budget leaves too little time for is not begun, and one begun is finished.
+        threads: 1 or more, None is one for each core; the result does not depend on it.
+        material: "given" keeps the body's restitution and friction, "fit" chooses them.
+        energy_gain_j: How much a contact may add to the energy, J.
+        takes: So many motions are looked for that are clearly different: by CLEARLY_DIFFERENT body
+            radii or more. `solution.takes` has them, which may be fewer.
+        constraints: None yet.
+        progress: Read its `fraction` and call its `cancel()` from another thread.
+        rung: Run just this one, so that the result depends on no clock: the same seed and rung give
+            the same motion, byte for byte.
+        lead_in_s: How long the motion flies before the first mark, s; less where an earlier contact
+            comes, or the sound begins later than that.
+        reuse: An earlier solution of the same body and options. What its marks and these have in
+            common from the start is gone on from, so that a nudged mark takes little time.
+
+    The best motion found is returned even if it is not `succeeded`; it may miss marks
+    (`missed_hits` above 0) or hit where there is none (`extra_hits`). Raises IfaValueError naming
+    the argument or the mark, NoMotionError where not even a first contact was found, Cancelled.
+    Method: a beam search forwards from event to event; each impact is changed within the
+    plausibility region of the paper (section 5.4) so that the next audible hit comes in time.
+    """
+    if not isinstance(body, Body):
+        raise IfaValueError("body: needs an ifa.Body")
+    if not isinstance(marks, Signature):
+        raise IfaValueError("marks: needs an ifa.Signature")
+    _one_of(method, "method", "forward")
+    _one_of(events, "events", "audible", "contact")
+    _one_of(material, "material", "given", "fit")
+    if not isinstance(constraints, Sequence) or len(constraints):
+        raise IfaValueError(f"constraints: this version knows none, got {constraints!r}")
+    if reuse is not None and not isinstance(reuse, Solution):
+        raise IfaValueError("reuse: needs an ifa.Solution")
+    if reuse is not None and reuse.kept is None:
+        raise IfaValueError(
+            "reuse: needs the solution that ifa.solve returned, not one of its takes"
+        )
+    arguments.check_progress(progress)
+    gain = arguments.number(energy_gain_j, "energy_gain_j")
+    if not 0.0 <= gain < np.inf:
+        raise IfaValueError(f"energy_gain_j: must be finite and 0 or more, got {gain:g}")
+    whole_seed = arguments.whole(seed, "seed", 2**64 - 1)
+    began = time.perf_counter()
+    found = _core.solve_forward(
+        body._core,
+        marks._marks,
+        seed=whole_seed,
+        time_budget_s=arguments.positive(time_budget_s, "time_budget_s"),
+        threads=arguments.threads(threads),
+        fit_material=material == "fit",
+        energy_gain_j=gain,
+        rung=-1 if rung is None else arguments.whole(rung, "rung", _core.RUNGS - 1),
+        contact=events == "contact",
+        takes=arguments.whole(takes, "takes", 1000, least=1),
+        lead_in_s=arguments.positive(lead_in_s, "lead_in_s"),
+        reuse=None if reuse is None else reuse.kept,
+        progress=progress,
+    )
+    return _solution(
+        found,
+        body,
+        marks,
+        solve_s=time.perf_counter() - began,
+        effects=_effects(body, marks, material),
+        hearing={**HEARING, "events": events},
+        seed=whole_seed,
+        energy_gain_j=gain,
+    )
+
+
+def _solution(
+    found: dict[str, Any],
+    body: Body,
+    marks: Signature,
+    *,
+    hearing: Mapping[str, Any],
+    energy_gain_j: float,
+    **rest: Any,
+) -> Solution:
+    """A solution of the core, with its takes."""
+    rest["energy_gain_j"] = energy_gain_j
+    others = tuple(
+        _solution(other, body, marks, hearing=hearing, **rest) for other in found.pop("others")
+    )
+    events = [Event(**event) for event in found.pop("events")]
+    retime = [event.retime for event in events]
+    return Solution(
+        motion=Motion(found.pop("motion"), retime, energy_gain_j, hearing),
+        body=body.replace(restitution=found["restitution"], friction=found["friction"]),
+        marks=marks,
+        events=events,
+        others=others,
+        **found,
+        **rest,
+    )
+
+
+def _effects(body: Body, marks: Signature, material: str) -> dict[str, bool]:
+    """Which effects the solve took into account."""
+    inertia = np.linalg.eigvalsh(body.inertia_kg_m2)
+    return {
+        "amplitude_matching": marks.amplitudes is not None,
+        "length_matching": bool((np.asarray(marks.durations_s) > 0.0).any()),
+        "settling_to_rest": marks.ending == "rest",
+        "spin_coupling": bool(inertia[2] - inertia[0] > 1e-12 * inertia[2]),
+        "friction": body.friction > 0.0,
+        "material_fit": material == "fit",
+    }
+
+
+def _one_of(value: str, field: str, *wanted: str) -> None:
+    if value not in wanted:
+        names = " or ".join(f'"{name}"' for name in wanted)
+        raise IfaValueError(f"{field}: must be {names}, got {value!r}")
