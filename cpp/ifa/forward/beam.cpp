@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <map>
 #include <numeric>
+#include <tuple>
 
 #include "ifa/base/parallel.hpp"
 #include "ifa/forward/expand.hpp"
@@ -159,6 +160,9 @@ class Search {
       add_leaf(i, {last[i].onset.after, 0.0, 0.0}, last[i].unchanged->event);
     }
     for (const Tolerance& tolerance : {kPlausible, kTolerable}) {
+      if (getenv("IFA_DBG"))
+        fprintf(stderr, "finish: last %zu leaves %zu excess %g simulated %g\n", last.size(),
+                beam_.leaves.size(), tolerance.excess, beam_.simulated_s);
       if (!beam_.leaves.empty()) break;
       const auto chunks = chunks_of(0, last.size(), kChunk, [&](std::size_t i) { return last[i].body; });
       std::vector<std::vector<Trial>> trials(chunks.size());
@@ -175,8 +179,8 @@ class Search {
             add_leaf(chunks[c].from + t.candidate, {t.after, t.excess, 0.0}, t.passage.event);
     }
     std::stable_sort(beam_.leaves.begin(), beam_.leaves.end(), [](const Leaf& a, const Leaf& b) {
-      if (a.violations != b.violations) return a.violations < b.violations;
-      return a.log_weight > b.log_weight;
+      return std::tuple(a.violations, a.stretched, -a.log_weight) <
+             std::tuple(b.violations, b.stretched, -b.log_weight);
     });
   }
 
@@ -231,7 +235,7 @@ class Search {
     Factors f = sound_factors(event, problem_.marks, k, k == 0 ? event.amplitude : c.first_amplitude);
     f.velocity = velocity_factor(leave.excess);
     beam_.leaves.push_back({static_cast<int>(i), leave, c.log_weight + log_product(f),
-                            c.violations + (leave.excess > kPlausible.excess ? 1 : 0)});
+                            c.violations + (leave.excess > kPlausible.excess ? 1 : 0), c.stretched});
   }
 
   const Problem& problem_;
@@ -282,7 +286,7 @@ Found best_of(const Beam& beam) {
   if (!beam.leaves.empty()) return trace(beam, beam.leaves.front().candidate, beam.leaves.front().leave);
   const auto& last = beam.levels.back().candidates;
   const auto best = std::min_element(last.begin(), last.end(), [](const Candidate& a, const Candidate& b) {
-    if (a.violations != b.violations) return a.violations < b.violations;
+    if (a.sounder(b) || b.sounder(a)) return a.sounder(b);
     return a.rank() > b.rank();
   });
   return trace(beam, static_cast<int>(best - last.begin()), {best->onset.after, 0.0, 0.0});

@@ -22,7 +22,7 @@ struct Leaf {
   int candidate;
   Leave leave;
   double log_weight;
-  int violations;
+  int violations, stretched;
 };
 
 // What a search has found, and all that it kept on the way.

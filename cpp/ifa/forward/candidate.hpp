@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "ifa/forward/passage.hpp"
@@ -16,6 +17,8 @@ struct Tolerance {
 };
 inline constexpr Tolerance kPlausible{1.0, 0.07};
 inline constexpr Tolerance kTolerable{4.0, 0.25};  // as far as a motion can go and still succeed
+
+inline constexpr double kUnnoticed = 0.02;  // retiming (ratio - 1): what no viewer could see
 
 // What is to be solved, and with which bodies: they differ in their materials alone.
 struct Problem {
@@ -41,11 +44,17 @@ struct Candidate {
   double log_weight = 0.0;       // all factors of the events before, and of the transitions
   double first_amplitude = 0.0;  // of the first event
   int violations = 0;            // marks that were met, but not plausibly
+  int stretched = 0;             // marks that were met by retiming more than kUnnoticed
   double outlook = 0.0;          // a guess of the log weight to come
   // How it goes on without a change; dropped once its children are chosen.
   std::shared_ptr<const Passage> unchanged;
 
   double rank() const { return log_weight + outlook; }
+
+  // Whether it is to be preferred to `other`, whatever their ranks.
+  bool sounder(const Candidate& other) const {
+    return std::pair(violations, stretched) < std::pair(other.violations, other.stretched);
+  }
 };
 
 }  // namespace ifa

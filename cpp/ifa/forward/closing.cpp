@@ -7,7 +7,7 @@ namespace ifa {
 namespace {
 
 constexpr int kRefinements = 8, kCorrections = 2;
-constexpr double kAside = 0.5;  // of the region's radius: how far variants lie apart
+constexpr double kEdge = 0.98;  // of the region's radius: as far as variants go
 // What is left is retimed away: nobody could see it.
 constexpr double kOnTime_s = 1e-5, kOnTimeShare = 1e-4;
 
@@ -91,30 +91,37 @@ void close_in(Trials& trials, std::span<const Candidate> candidates, std::size_t
   }
 }
 
+std::vector<Anchor> anchors_of(const std::vector<Closing>& closings, double target_s,
+                               const Tolerance& tolerance) {
+  std::vector<Anchor> anchors;
+  for (const Closing& c : closings)
+    if (std::isfinite(c.best.excess) && c.slope_s != 0.0 &&
+        ratio_of(c.best.passage.interval_s, target_s) <= 1.0 + tolerance.retime)
+      anchors.push_back({c.best, c.along, c.slope_s});
+  return anchors;
+}
+
 std::vector<Trial> vary(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
-                        const Tolerance& tolerance, const std::vector<Closing>& closings, int variants,
+                        const Tolerance& tolerance, std::span<const Anchor> anchors, int count, double spread,
                         std::span<RandomStream> random) {
   const double target = trials.problem().target_s(k), reach = std::sqrt(tolerance.excess);
   const auto within = [&](Vec6 y) {
     const double size = y.norm();
-    return size > 0.98 * reach ? Vec6(y * (0.98 * reach / size)) : y;
+    return size > kEdge * reach ? Vec6(y * (kEdge * reach / size)) : y;
   };
   std::vector<Trial> found;
-  std::vector<const Closing*> of;
-  for (const Closing& closing : closings) {
-    const Trial& best = closing.best;
-    if (!std::isfinite(best.excess) || closing.slope_s == 0.0 ||
-        ratio_of(best.passage.interval_s, target) > 1.0 + tolerance.retime)
-      continue;
-    const Vec6 line = closing.along.normalized();
-    for (int v = 0; v < variants; ++v) {
-      Vec6 aside = random_change(1.0, random[best.candidate]);
+  std::vector<const Anchor*> of;
+  for (const Anchor& anchor : anchors) {
+    const std::size_t i = anchor.trial.candidate;
+    const Vec6 line = anchor.along.normalized();
+    for (int v = 0; v < count; ++v) {
+      Vec6 aside = random_change(1.0, random[i]);
       aside -= aside.dot(line) * line;
-      const auto trial = trials.propose(candidates, best.candidate, within(best.y + kAside * reach * aside),
-                                        tolerance.excess);
+      const auto trial =
+          trials.propose(candidates, i, within(anchor.trial.y + spread * reach * aside), tolerance.excess);
       if (!trial) continue;
       found.push_back(*trial);
-      of.push_back(&closing);
+      of.push_back(&anchor);
     }
   }
   trials.run(candidates, k, found);

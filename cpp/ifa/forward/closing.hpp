@@ -30,10 +30,21 @@ std::vector<Closing> enclose(std::span<const Trial> trials, std::size_t candidat
 void close_in(Trials& trials, std::span<const Candidate> candidates, std::size_t k, double largest_excess,
               std::vector<Closing>& closings);
 
-// More that come in time: `variants` for each closing that found one, off to its side and back along its
-// line.
+// A trial that came in time, and a line along which its lateness can be corrected.
+struct Anchor {
+  Trial trial;
+  Vec6 along;
+  double slope_s;
+};
+
+// The best of each closing that can be corrected and lies within the tolerance.
+std::vector<Anchor> anchors_of(const std::vector<Closing>& closings, double target_s,
+                               const Tolerance& tolerance);
+
+// More that come in time: `count` for each anchor, off to its side by up to `spread` of the region's radius
+// and back along its line. Some of them miss.
 std::vector<Trial> vary(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
-                        const Tolerance& tolerance, const std::vector<Closing>& closings, int variants,
+                        const Tolerance& tolerance, std::span<const Anchor> anchors, int count, double spread,
                         std::span<RandomStream> random);
 
 }  // namespace ifa

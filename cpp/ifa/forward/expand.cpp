@@ -9,9 +9,11 @@
 namespace ifa {
 namespace {
 
-constexpr int kScattered = 8;       // changes tried for a candidate in one round
-constexpr double kEdge = 0.99;      // of the region's radius: as far as a change goes along a line
-constexpr double kOvershoot = 1.2;  // beyond where the mark should be, so that it is enclosed
+constexpr int kScattered = 8;          // changes tried for a candidate in one round
+constexpr double kAside = 0.5;         // of the region's radius: how far variants lie apart
+constexpr double kSecondWeight = 0.3;  // of what is seen beyond the next mark, where changes will matter
+constexpr double kEdge = 0.99;         // of the region's radius: as far as a change goes along a line
+constexpr double kOvershoot = 1.2;     // beyond where the mark should be, so that it is enclosed
 
 bool hits_at_all(const Passage& passage) {
   return passage.next == Next::hit || passage.next == Next::dubious;
@@ -79,15 +81,17 @@ void Expander::expand(std::span<const Candidate> parents, std::size_t first, std
   auto closings = enclose(trials, parents.size(), static_cast<std::size_t>(options.proposals),
                           trials_.problem().target_s(k), used);
   close_in(trials_, parents, k, options.tolerance.excess, closings);
-  const auto varied = vary(trials_, parents, k, options.tolerance, closings, options.variants, random);
 
   const auto add = [&](const Trial& t) {
     add_child(parents[t.candidate], first + t.candidate, k, options.tolerance, t, children);
   };
-  for (const Closing& c : closings) add(c.best);
-  for (const Trial& t : varied) add(t);
   for (std::size_t t = 0; t < trials.size(); ++t)
     if (!used[t]) add(trials[t]);
+  for (const Closing& c : closings) add(c.best);
+  const auto anchors = anchors_of(closings, trials_.problem().target_s(k), options.tolerance);
+  for (const Trial& t :
+       vary(trials_, parents, k, options.tolerance, anchors, options.variants, kAside, random))
+    add(t);
   look_ahead(std::span(children).subspan(begin), k + 1);
 }
 
@@ -127,42 +131,59 @@ void Expander::add_child(const Candidate& parent, std::size_t index, std::size_t
   child.log_weight = parent.log_weight + log_product(f);
   const bool plausible = trial.excess <= kPlausible.excess && ratio <= 1.0 + kPlausible.retime;
   child.violations = parent.violations + (plausible ? 0 : 1);
+  child.stretched = parent.stretched + (ratio > 1.0 + kUnnoticed ? 1 : 0);
   children.push_back(child);
 }
 
-void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
+// How far an unchanged passage that leaves event k is from what the marks ask, in units of what a change can
+// mend.
+double Expander::miss(const Passage& passage, std::size_t k) const {
   const Problem& problem = trials_.problem();
   const Marks& marks = problem.marks;
-  std::vector<Trial> unchanged(candidates.size());
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    unchanged[i].candidate = i;
-    unchanged[i].after = candidates[i].onset.after;
+  if (k + 1 < marks.size()) {
+    constexpr double kReach = 0.25;  // a change moves the next hit by some such share
+    constexpr double kRest = 0.8, kLate = 0.5;
+    return (hits_at_all(passage)         ? std::log(passage.interval_s / problem.target_s(k))
+            : passage.next == Next::late ? kLate
+                                         : kRest) /
+           kReach;
   }
-  trials_.run(candidates, k, unchanged);
+  // How much too loud the hit is that should not come; a change makes it softer by some such share.
+  constexpr double kReach = 0.7, kDubious = 1.0;
+  if (ends_as_asked(passage, marks.ending)) return 0.0;
+  if (passage.next != Next::hit) return kDubious / kReach;
+  return (kDubious +
+          std::log(passage.onset.hit.approach_speed_m_s / problem.physics.hearing.audible_speed_m_s)) /
+         kReach;
+}
+
+void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
+  const Marks& marks = trials_.problem().marks;
+  std::vector<Onset> onsets;
+  for (const Candidate& c : candidates) onsets.push_back(c.onset);
+  std::vector<Passage> passages = trials_.follow(onsets, k);
+  std::vector<std::size_t> of;
+  onsets.clear();
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     Candidate& c = candidates[i];
-    const Passage& passage = unchanged[i].passage;
-    c.unchanged = std::make_shared<const Passage>(passage);
-    c.outlook = 0.0;
-    if (k > 0) c.outlook += log_product(sound_factors(passage.event, marks, k, c.first_amplitude));
-    double miss;
+    const double miss1 = miss(passages[i], k);
+    c.outlook = -0.5 * miss1 * miss1;
+    if (k > 0) c.outlook += log_product(sound_factors(passages[i].event, marks, k, c.first_amplitude));
     if (k + 1 < marks.size()) {
-      constexpr double kReach = 0.25;  // a change moves the next hit by some such share
-      constexpr double kRest = 0.8, kLate = 0.5;
-      miss = hits_at_all(passage)         ? std::log(passage.interval_s / problem.target_s(k))
-             : passage.next == Next::late ? kLate
-                                          : kRest;
-      miss /= kReach;
-    } else {
-      // How much too loud the hit is that should not come; a change makes it softer by some such share.
-      constexpr double kReach = 0.7, kDubious = 1.0;
-      miss = ends_as_asked(passage, marks.ending) ? 0.0
-             : passage.next == Next::hit          ? kDubious + std::log(passage.onset.hit.approach_speed_m_s /
-                                                                        problem.physics.hearing.audible_speed_m_s)
-                                                  : kDubious;
-      miss /= kReach;
+      if (passages[i].next == Next::hit && std::abs(miss1) < 2.0) {
+        of.push_back(i);
+        onsets.push_back(passages[i].onset);
+      } else {
+        c.outlook -= kSecondWeight * 2.0;
+      }
     }
-    c.outlook -= 0.5 * miss * miss;
+    c.unchanged = std::make_shared<const Passage>(std::move(passages[i]));
+  }
+  if (k + 1 >= marks.size()) return;
+  passages = trials_.follow(onsets, k + 1);
+  for (std::size_t j = 0; j < of.size(); ++j) {
+    const double miss2 = std::clamp(miss(passages[j], k + 1), -3.0, 3.0);
+    candidates[of[j]].outlook -= kSecondWeight * 0.5 * miss2 * miss2;
   }
 }
 

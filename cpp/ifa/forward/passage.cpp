@@ -78,8 +78,15 @@ class Passages::Client {
     return true;
   }
 
-  void loaded(Member& m, const lanes::LoadData& load) {
+  bool loaded(Member& m, const lanes::LoadData& load) {
     m.listener->add(Load{load.begin_s, load.length_s, load.normal_impulse, load.slip_speed});
+    // A ball that does not bounce any more only rolls on, and does not sound: no need to watch it.
+    const Departure& departure = departures_[m.index];
+    if (!owner_.ball_ || m.stage != lanes::Stage::contact || m.time_s <= departure.span_s) return true;
+    const double rest_s = m.time_s + owner_.rolls_for_s(m);
+    if (rest_s > departure.limit_s) return true;
+    finish(m, m.listener->ended(Next::rest, m.time_s, state_of(m), rest_s));
+    return false;
   }
 
   void impact(Member& m) { m.before = state_of(m); }
@@ -118,6 +125,21 @@ Passages::Passages(const Body& body, const SearchPhysics& physics)
       flock_(body, physics.simulation, kernels_),
       dull_(view_of(body)) {
   dull_.restitution = 0.0;
+  constexpr double kCentred = 1e-12;
+  ball_ = physics.hearing.events == Events::audible && body.isotropic() && body.rings().empty() &&
+          body.vertices().size() == 1 && body.vertices().front().norm() <= kCentred * body.radius_m();
+}
+
+// How long a ball in contact rolls, slips and spins on, at most.
+double Passages::rolls_for_s(const lanes::Sim& sim) const {
+  const lanes::BodyView& ball = flock_.body();
+  const double g = physics_.simulation.gravity_m_s2.norm(), inertia = ball.inertia[0];
+  const double roll =
+      std::hypot(sim.velocity[0], sim.velocity[1]) + ball.rounding * std::hypot(sim.spin[0], sim.spin[1]);
+  const double slowing = ball.rolling_friction_m * g /
+                         (ball.rounding * (1.0 + inertia / (ball.mass * ball.rounding * ball.rounding)));
+  const double spin_slowing = ball.spin_friction_m * ball.mass * g / inertia;
+  return std::max(roll / slowing, std::abs(sim.spin[2]) / spin_slowing);
 }
 
 void Passages::run(std::span<const Departure> departures, std::span<Passage> out, const Progress* progress) {

@@ -98,10 +98,13 @@ class Passages {
   };
   class Client;
 
+  double rolls_for_s(const lanes::Sim& sim) const;
+
   const SearchPhysics& physics_;
   const lanes::Kernels& kernels_;
   Flock<Member> flock_;
   lanes::BodyView dull_;
+  bool ball_;
   double simulated_s_ = 0.0;
 };
 

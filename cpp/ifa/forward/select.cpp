@@ -70,8 +70,8 @@ std::vector<std::size_t> select_batch(const std::vector<Candidate>& all,
                                       std::size_t room, bool even) {
   Selection selection(all, room);
   for (std::size_t from = 0; from < order.size() && !selection.full();) {
-    std::size_t to = from;  // of one number of violations
-    while (to < order.size() && all[order[to]].violations == all[order[from]].violations) ++to;
+    std::size_t to = from;  // equally sound ones
+    while (to < order.size() && !all[order[from]].sounder(all[order[to]])) ++to;
     const std::size_t left = room - selection.size();
     const auto group = std::span(order).subspan(from, to - from);
     if (even) {
@@ -110,7 +110,7 @@ Level select(std::vector<Candidate>&& all, const Problem& problem, std::size_t r
   std::vector<std::size_t> order(all.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    if (all[a].violations != all[b].violations) return all[a].violations < all[b].violations;
+    if (all[a].sounder(all[b]) || all[b].sounder(all[a])) return all[a].sounder(all[b]);
     return all[a].rank() > all[b].rank();
   });
   Level level;

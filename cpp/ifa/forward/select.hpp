@@ -25,7 +25,7 @@ struct Level {
 };
 
 // The most promising fill the first batch, those that were left out the next, and so on, at most `batches`.
-// Plausible ones come first; of these half by rank, half shared evenly among bands of energy, the best of
+// Sound ones come first; of these half by rank, half shared evenly among bands of energy, the best of
 // each, since the marks to come may need a lively body or a tired one. Few children of one parent, few
 // descendants of one start. `even` gives each body its share.
 Level select(std::vector<Candidate>&& all, const Problem& problem, std::size_t room, std::size_t batches,

@@ -74,6 +74,15 @@ void Trials::run(std::span<const Candidate> candidates, std::size_t k, std::span
   }
 }
 
+std::vector<Passage> Trials::follow(std::span<const Onset> onsets, std::size_t k) {
+  departures_.clear();
+  for (const Onset& onset : onsets)
+    departures_.push_back({onset.hit, onset.after, problem_.marks.durations_s[k], limit_s(problem_, k)});
+  std::vector<Passage> passages(onsets.size());
+  passages_.run(departures_, passages, progress_);
+  return passages;
+}
+
 Vec6 random_change(double largest_excess, RandomStream& random) {
   Vec6 y;
   for (int i = 0; i < 6; ++i) y[i] = random.normal();

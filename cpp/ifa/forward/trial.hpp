@@ -41,6 +41,9 @@ class Trials {
   // Simulates them from event k on.
   void run(std::span<const Candidate> candidates, std::size_t k, std::span<Trial> trials);
 
+  // Lets events k go on unchanged.
+  std::vector<Passage> follow(std::span<const Onset> onsets, std::size_t k);
+
   const Problem& problem() const { return problem_; }
   const Body& body() const { return body_; }
   int body_index() const { return body_index_; }

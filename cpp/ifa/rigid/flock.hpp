@@ -20,8 +20,8 @@ namespace ifa {
 //   bool begin(Member&)                              fills in the next simulation; false: there is none left
 //   void impact(Member&)                             at an impact, before it is resolved
 //   bool resolved(Member&, const lanes::HitData&)    after; false ends the simulation
-//   void loaded(Member&, const lanes::LoadData&)     after a step of sustained contact
-//   void ended(Member&, lanes::Stop)                 at rest or at until_s
+//   bool loaded(Member&, const lanes::LoadData&)     after a step of sustained contact; false ends the
+//   simulation void ended(Member&, lanes::Stop)                 at rest or at until_s
 template <class Member>
 class Flock {
  public:
@@ -74,6 +74,7 @@ class Flock {
     std::array<Member*, kWidest> members{};
     std::array<lanes::Sim*, kWidest> sims{};
     std::array<lanes::Stop, kWidest> stops{};
+    std::array<bool, kWidest> over{};
     const int count = std::min<int>(kernels_.width, static_cast<int>(queue.size()));
     for (int i = 0; i < count; ++i) {
       sims[i] = members[i] = queue.back();
@@ -101,10 +102,12 @@ class Flock {
                     Client::kWantsLoads ? loads.data() : nullptr);
       if constexpr (Client::kWantsLoads)
         for (int i = 0; i < count; ++i)
-          if (sims[i]->time_s > before_s[i]) client.loaded(*members[i], loads[i]);
+          if (sims[i]->time_s > before_s[i]) over[i] = !client.loaded(*members[i], loads[i]);
     }
     for (int i = 0; i < count; ++i) {
-      if (stops[i] == lanes::Stop::none) {
+      if (over[i]) {
+        idle_.push_back(members[i]);
+      } else if (stops[i] == lanes::Stop::none) {
         wait(*members[i]);
       } else if (stops[i] == lanes::Stop::impact) {
         queues_[kResolve + rank(*members[i])].push_back(members[i]);
