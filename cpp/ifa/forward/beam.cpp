@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <map>
 #include <numeric>
 #include <tuple>
 
@@ -117,34 +114,6 @@ class Search {
     }
     for (int round = 0; round < kLooseRounds && fitting(all, k) < room() / 8; ++round)
       expand(0, ends.front(), kRounds + round, kTolerable);
-    if (getenv("IFA_DBG")) {
-      std::size_t fit = fitting(all, k), hit = 0, late = 0, rest = 0;
-      double e0 = 1e9, e1 = 0, best = -1e9, g0 = 0, g1 = 0;
-      std::map<int, int> viol, bodies;
-      for (auto& c : all) {
-        viol[c.violations]++;
-        if (c.violations == 0) bodies[c.body]++;
-        best = std::max(best, c.rank());
-        e0 = std::min(e0, kinetic_energy(problem_.bodies[c.body], c.onset.after));
-        e1 = std::max(e1, kinetic_energy(problem_.bodies[c.body], c.onset.after));
-      }
-      for (auto& c : parents) {
-        hit += c.unchanged->next == Next::hit;
-        late += c.unchanged->next == Next::late;
-        rest += c.unchanged->next == Next::rest;
-        g0 += c.unchanged->interval_s < problem_.target_s(k) * 0.95;
-        g1 += c.unchanged->interval_s > problem_.target_s(k) * 1.05;
-      }
-      fprintf(stderr,
-              "k %zu gap %.0f ms parents %zu (hit %zu late %zu rest %zu early %g after %g) children %zu fit "
-              "%zu best %.2f E %.2g..%.2g viol",
-              k, 1e3 * problem_.target_s(k), parents.size(), hit, late, rest, g0, g1, all.size(), fit, best,
-              e0, e1);
-      for (auto [v, c] : viol) fprintf(stderr, " %d:%d", v, c);
-      fprintf(stderr, " bodies");
-      for (auto [v, c] : bodies) fprintf(stderr, " %d:%d", v, c);
-      fprintf(stderr, "\n");
-    }
     const bool even = 2 * k <= problem_.marks.size();
     beam_.levels[k].forget(std::max(from, ends.front()));
     auto next = select(std::move(all), problem_, room(), kBatches, even);
@@ -160,9 +129,6 @@ class Search {
       add_leaf(i, {last[i].onset.after, 0.0, 0.0}, last[i].unchanged->event);
     }
     for (const Tolerance& tolerance : {kPlausible, kTolerable}) {
-      if (getenv("IFA_DBG"))
-        fprintf(stderr, "finish: last %zu leaves %zu excess %g simulated %g\n", last.size(),
-                beam_.leaves.size(), tolerance.excess, beam_.simulated_s);
       if (!beam_.leaves.empty()) break;
       const auto chunks = chunks_of(0, last.size(), kChunk, [&](std::size_t i) { return last[i].body; });
       std::vector<std::vector<Trial>> trials(chunks.size());

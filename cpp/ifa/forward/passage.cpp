@@ -84,8 +84,10 @@ class Passages::Client {
     const Departure& departure = departures_[m.index];
     if (!owner_.ball_ || m.stage != lanes::Stage::contact || m.time_s <= departure.span_s) return true;
     const double rest_s = m.time_s + owner_.rolls_for_s(m);
-    if (rest_s > departure.limit_s) return true;
-    finish(m, m.listener->ended(Next::rest, m.time_s, state_of(m), rest_s));
+    if (rest_s <= departure.limit_s)
+      finish(m, m.listener->ended(Next::rest, m.time_s, state_of(m), rest_s));
+    else
+      finish(m, m.listener->ended(Next::late, departure.limit_s, state_of(m)));
     return false;
   }
 
