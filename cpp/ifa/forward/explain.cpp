@@ -1,0 +1,214 @@
+#include "ifa/forward/explain.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include "ifa/base/error.hpp"
+#include "ifa/forward/report.hpp"
+
+namespace ifa {
+namespace {
+
+constexpr int kRungs = 3;      // that say how well the marks can be met as they are
+constexpr int kTrialRung = 1;  // of a repair: wide enough for most marks, and some tenths of a second
+// Of the progress: where the marks as they are end, and where the first pass over the lines does.
+constexpr double kAsAsked = 0.2, kFirstPass = 0.95;
+
+enum class Grade { fails, succeeds, plausible };
+
+struct Outcome {
+  Grade grade = Grade::fails;
+  double score = 0.0;
+};
+
+// One size of one line, and what it led to.
+struct Tried {
+  int size;
+  Outcome outcome;
+};
+
+// A part of the progress, for trials whose number is not known: each takes half of what is left.
+struct Part {
+  double from, to;
+
+  std::pair<double, double> next() {
+    const double begin = std::exchange(from, 0.5 * (from + to));
+    return {begin, from};
+  }
+};
+
+class Explainer {
+ public:
+  Explainer(const Body& body, const Marks& marks, const SolveOptions& options, Progress* progress)
+      : request_{body, marks, options.energy_gain_j, options.fit_material},
+        options_(options),
+        progress_(progress) {}
+
+  const Request& request() const { return request_; }
+  int trials() const { return trials_; }
+  bool complete() const { return complete_; }
+
+  std::optional<Solution> solve_as_asked() {
+    std::optional<Solution> best;
+    for (int rung = 0; rung < kRungs && !(best && best->plausible); ++rung) {
+      if (rung > 0 && out_of_time()) break;
+      auto solution = solve(request_, rung, kAsAsked * rung / kRungs, kAsAsked * (rung + 1) / kRungs);
+      if (solution && (!best || better(*solution, *best))) best = std::move(solution);
+    }
+    return best;
+  }
+
+  // Tries the sizes of all lines in the order of their costs. A line is done with its first plausible size;
+  // in the end those without one may still better what was asked. Either way the smallest such size is then
+  // sought by bisection, down from the last size that was not good enough.
+  std::vector<Repair> repairs(const std::vector<Line>& lines, Grade as_asked) {
+    struct Entry {
+      double cost;
+      std::size_t line;
+      int size;
+    };
+    std::vector<Entry> entries;
+    for (std::size_t l = 0; l < lines.size(); ++l)
+      for (const int size : lines[l].sizes)  // the energy's only one is early, since it rules out the others
+        entries.push_back(
+            {lines[l].kind == RepairKind::energy ? 0.0 : cost(request_, lines[l], size), l, size});
+    std::stable_sort(entries.begin(), entries.end(),
+                     [](const Entry& a, const Entry& b) { return a.cost < b.cost; });
+
+    std::vector<std::vector<Tried>> tried(lines.size());
+    std::vector<Repair> found;
+    std::vector<char> done(lines.size(), 0);
+    const double share =
+        (kFirstPass - kAsAsked) / static_cast<double>(std::max<std::size_t>(entries.size(), 1));
+    for (std::size_t e = 0; e < entries.size(); ++e) {
+      const auto& [own_cost, l, size] = entries[e];
+      if (done[l]) continue;
+      Part part{kAsAsked + share * static_cast<double>(e), kAsAsked + share * static_cast<double>(e + 1)};
+      const auto outcome = attempt(lines[l], size, part);
+      if (!outcome) break;
+      tried[l].push_back({size, *outcome});
+      if (outcome->grade != Grade::plausible) continue;
+      found.push_back(smallest(lines[l], tried[l], Grade::plausible, part));
+      for (std::size_t other = 0; other < lines.size(); ++other)
+        if (other == l || same_number(lines[other], lines[l])) done[other] = 1;
+    }
+    Part part{kFirstPass, 1.0};
+    for (std::size_t l = 0; l < lines.size() && as_asked == Grade::fails; ++l) {
+      const auto good = std::find_if(tried[l].begin(), tried[l].end(),
+                                     [](const Tried& t) { return t.outcome.grade == Grade::succeeds; });
+      if (done[l] || good == tried[l].end()) continue;
+      tried[l].erase(good + 1, tried[l].end());
+      found.push_back(smallest(lines[l], tried[l], Grade::succeeds, part));
+    }
+    std::stable_sort(found.begin(), found.end(), [](const Repair& a, const Repair& b) {
+      return a.plausible != b.plausible ? a.plausible : a.cost < b.cost;
+    });
+    return found;
+  }
+
+ private:
+  // Restitution up and down are one number; so is friction.
+  static bool same_number(const Line& a, const Line& b) {
+    return a.kind == b.kind && (a.kind == RepairKind::restitution || a.kind == RepairKind::friction);
+  }
+
+  // Between the last of `tried`, which is as good as wanted, and the one before it, which was not.
+  Repair smallest(const Line& line, const std::vector<Tried>& tried, Grade wanted, Part& part) {
+    Tried best = tried.back();
+    int below = tried.size() > 1 ? tried[tried.size() - 2].size : 0;
+    while (best.size - below > 1) {
+      const int middle = below + (best.size - below) / 2;
+      const auto outcome = attempt(line, middle, part);
+      if (!outcome) break;
+      if (outcome->grade >= wanted)
+        best = {middle, *outcome};
+      else
+        below = middle;
+    }
+    return {line.kind,
+            line.mark,
+            amount(request_, line, best.size),
+            cost(request_, line, best.size),
+            text_of(request_, line, best.size),
+            best.outcome.grade == Grade::plausible,
+            best.outcome.score,
+            changed(request_, line, best.size),
+            kTrialRung};
+  }
+
+  // Nothing once the time is over.
+  std::optional<Outcome> attempt(const Line& line, int size, Part& part) {
+    if (out_of_time()) return std::nullopt;
+    ++trials_;
+    const auto [from, to] = part.next();
+    const auto solution = solve(changed(request_, line, size), kTrialRung, from, to);
+    if (!solution) return Outcome{};
+    return Outcome{grade_of(*solution), solution->score};
+  }
+
+  static Grade grade_of(const Solution& s) {
+    return s.plausible ? Grade::plausible : s.succeeded ? Grade::succeeds : Grade::fails;
+  }
+
+  std::optional<Solution> solve(const Request& request, int rung, double from, double to) {
+    Progress progress(progress_, from, to);
+    progress.throw_if_cancelled();
+    SolveOptions options = options_;
+    options.rung = rung;
+    options.energy_gain_j = request.energy_gain_j;
+    options.fit_material = request.fit_material;
+    try {
+      return solve_forward(request.body, request.marks, options, &progress);
+    } catch (const NoMotionError&) {
+      return std::nullopt;
+    }
+  }
+
+  bool out_of_time() {
+    const std::chrono::duration<double> gone = std::chrono::steady_clock::now() - began_;
+    complete_ = complete_ && gone.count() < options_.time_budget_s;
+    return !complete_;
+  }
+
+  Request request_;
+  SolveOptions options_;
+  Progress* progress_;
+  std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+  int trials_ = 0;
+  bool complete_ = true;
+};
+
+}  // namespace
+
+Explanation explain(const Body& body, const Marks& marks, const SolveOptions& options, double merge_gap_s,
+                    const Solution* known, Progress* progress) {
+  validate(marks, merge_gap_s);
+  if (known && known->events.size() != marks.size())
+    throw ArgumentError("solution: has " + std::to_string(known->events.size()) + " events, but there are " +
+                        std::to_string(marks.size()) + " marks");
+  Explainer explainer(body, marks, options, progress);
+  const Estimate expected = estimate(body, marks);  // refuses gaps too long to compute with
+  std::optional<Solution> own;
+  if (!known) {
+    own = explainer.solve_as_asked();
+    if (own) known = &*own;
+  }
+  Explanation out{};
+  if (known) {
+    out.succeeded = known->succeeded;
+    out.plausible = known->plausible;
+  }
+  out.conflicts = conflicts_of(marks, expected, known);
+  const auto as_asked = out.succeeded ? Grade::succeeds : Grade::fails;
+  if (!out.conflicts.empty())
+    out.repairs =
+        explainer.repairs(lines_for(explainer.request(), out.conflicts, expected, merge_gap_s), as_asked);
+  out.trials = explainer.trials();
+  out.complete = explainer.complete();
+  if (progress) progress->raise_to(1.0);
+  return out;
+}
+
+}  // namespace ifa
