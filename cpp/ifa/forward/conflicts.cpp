@@ -87,9 +87,13 @@ std::vector<Conflict> conflicts_of(const Marks& marks, const Estimate& estimate,
     if (conflicts.empty()) add(n - 1, ConflictKind::unrest, "the body does not come to rest after it");
   }
   if (conflicts.empty()) return conflicts;
-  for (const Finding& finding : estimate.findings)
-    for (Conflict& conflict : conflicts)
-      if (conflict.mark == finding.mark && conflict.finding.empty()) conflict.finding = finding.text;
+  for (const Finding& finding : estimate.findings) {
+    const auto same = std::find_if(conflicts.begin(), conflicts.end(),
+                                   [&](const Conflict& c) { return c.mark == finding.mark; });
+    if (same == conflicts.end()) continue;
+    if (!same->finding.empty()) same->finding += "; ";
+    same->finding += finding.text;
+  }
   return conflicts;
 }
 

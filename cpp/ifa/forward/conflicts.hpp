@@ -25,7 +25,7 @@ struct Conflict {
   std::size_t mark;  // index from 0
   ConflictKind kind;
   std::string text;     // without the mark's name
-  std::string finding;  // what the estimate says about the same mark; empty if nothing
+  std::string finding;  // what the estimate says about the mark, with its first conflict only; or empty
 };
 
 // In the order of the marks, of a solve's best motion; empty if that is plausible. `solution` may be null: no

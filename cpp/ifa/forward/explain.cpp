@@ -11,10 +11,9 @@
 namespace ifa {
 namespace {
 
-constexpr int kRungs = 3;      // that say how well the marks can be met as they are
-constexpr int kTrialRung = 1;  // of a repair: wide enough for most marks, and some tenths of a second
-// Of the progress: where the marks as they are end, and where the first pass over the lines does.
-constexpr double kAsAsked = 0.2, kFirstPass = 0.95;
+constexpr int kRungs = 3;              // that say how well the marks can be met as they are
+constexpr int kTrialRungs[] = {0, 1};  // of repairs: the second only where the first finds none plausible
+constexpr double kAsAsked = 0.2;       // of the progress, for the marks as they are
 
 enum class Grade { fails, succeeds, plausible };
 
@@ -60,10 +59,32 @@ class Explainer {
     return best;
   }
 
-  // Tries the sizes of all lines in the order of their costs. A line is done with its first plausible size;
-  // in the end those without one may still better what was asked. Either way the smallest such size is then
-  // sought by bisection, down from the last size that was not good enough.
   std::vector<Repair> repairs(const std::vector<Line>& lines, Grade as_asked) {
+    std::vector<std::optional<Repair>> best(lines.size());
+    const auto plausible = [](const std::optional<Repair>& r) { return r && r->plausible; };
+    const double share = (1.0 - kAsAsked) / static_cast<double>(std::size(kTrialRungs));
+    for (const int rung : kTrialRungs) {
+      const double from = kAsAsked + share * rung;
+      try_lines(lines, as_asked, rung, {from, from + share}, best);
+      if (std::any_of(best.begin(), best.end(), plausible)) break;
+    }
+    std::vector<Repair> found;
+    for (auto& repair : best)
+      if (repair) found.push_back(std::move(*repair));
+    std::stable_sort(found.begin(), found.end(), first);
+    return found;
+  }
+
+ private:
+  static bool first(const Repair& a, const Repair& b) {
+    return a.plausible != b.plausible ? a.plausible : a.cost < b.cost;
+  }
+
+  // The sizes of all lines in the order of their costs. A line is done with its first plausible size; in the
+  // end those without one may still better what was asked. Either way the smallest such size is then sought
+  // by bisection, down from the last size that was not good enough.
+  void try_lines(const std::vector<Line>& lines, Grade as_asked, int rung, const Part& whole,
+                 std::vector<std::optional<Repair>>& best) {
     struct Entry {
       double cost;
       std::size_t line;
@@ -71,56 +92,52 @@ class Explainer {
     };
     std::vector<Entry> entries;
     for (std::size_t l = 0; l < lines.size(); ++l)
-      for (const int size : lines[l].sizes)  // the energy's only one is early, since it rules out the others
-        entries.push_back(
-            {lines[l].kind == RepairKind::energy ? 0.0 : cost(request_, lines[l], size), l, size});
+      for (const int size : lines[l].sizes)  // those that one trial decides come first
+        entries.push_back({lines[l].sizes.size() == 1 ? 0.0 : cost(request_, lines[l], size), l, size});
     std::stable_sort(entries.begin(), entries.end(),
                      [](const Entry& a, const Entry& b) { return a.cost < b.cost; });
 
+    const auto keep = [&](std::size_t l, Repair&& repair) {
+      if (!best[l] || first(repair, *best[l])) best[l] = std::move(repair);
+    };
     std::vector<std::vector<Tried>> tried(lines.size());
-    std::vector<Repair> found;
     std::vector<char> done(lines.size(), 0);
-    const double share =
-        (kFirstPass - kAsAsked) / static_cast<double>(std::max<std::size_t>(entries.size(), 1));
-    for (std::size_t e = 0; e < entries.size(); ++e) {
-      const auto& [own_cost, l, size] = entries[e];
+    const double share = (whole.to - whole.from) / static_cast<double>(entries.size() + 1);
+    double from = whole.from;
+    for (const auto& [own_cost, l, size] : entries) {
+      Part part{from, from + share};
+      from += share;
       if (done[l]) continue;
-      Part part{kAsAsked + share * static_cast<double>(e), kAsAsked + share * static_cast<double>(e + 1)};
-      const auto outcome = attempt(lines[l], size, part);
+      const auto outcome = attempt(lines[l], size, rung, part);
       if (!outcome) break;
       tried[l].push_back({size, *outcome});
       if (outcome->grade != Grade::plausible) continue;
-      found.push_back(smallest(lines[l], tried[l], Grade::plausible, part));
+      keep(l, smallest(lines[l], tried[l], Grade::plausible, rung, part));
       for (std::size_t other = 0; other < lines.size(); ++other)
         if (other == l || same_number(lines[other], lines[l])) done[other] = 1;
     }
-    Part part{kFirstPass, 1.0};
+    Part part{from, whole.to};
     for (std::size_t l = 0; l < lines.size() && as_asked == Grade::fails; ++l) {
       const auto good = std::find_if(tried[l].begin(), tried[l].end(),
                                      [](const Tried& t) { return t.outcome.grade == Grade::succeeds; });
       if (done[l] || good == tried[l].end()) continue;
       tried[l].erase(good + 1, tried[l].end());
-      found.push_back(smallest(lines[l], tried[l], Grade::succeeds, part));
+      keep(l, smallest(lines[l], tried[l], Grade::succeeds, rung, part));
     }
-    std::stable_sort(found.begin(), found.end(), [](const Repair& a, const Repair& b) {
-      return a.plausible != b.plausible ? a.plausible : a.cost < b.cost;
-    });
-    return found;
   }
 
- private:
   // Restitution up and down are one number; so is friction.
   static bool same_number(const Line& a, const Line& b) {
     return a.kind == b.kind && (a.kind == RepairKind::restitution || a.kind == RepairKind::friction);
   }
 
   // Between the last of `tried`, which is as good as wanted, and the one before it, which was not.
-  Repair smallest(const Line& line, const std::vector<Tried>& tried, Grade wanted, Part& part) {
+  Repair smallest(const Line& line, const std::vector<Tried>& tried, Grade wanted, int rung, Part& part) {
     Tried best = tried.back();
     int below = tried.size() > 1 ? tried[tried.size() - 2].size : 0;
     while (best.size - below > 1) {
       const int middle = below + (best.size - below) / 2;
-      const auto outcome = attempt(line, middle, part);
+      const auto outcome = attempt(line, middle, rung, part);
       if (!outcome) break;
       if (outcome->grade >= wanted)
         best = {middle, *outcome};
@@ -135,15 +152,15 @@ class Explainer {
             best.outcome.grade == Grade::plausible,
             best.outcome.score,
             changed(request_, line, best.size),
-            kTrialRung};
+            rung};
   }
 
   // Nothing once the time is over.
-  std::optional<Outcome> attempt(const Line& line, int size, Part& part) {
+  std::optional<Outcome> attempt(const Line& line, int size, int rung, Part& part) {
     if (out_of_time()) return std::nullopt;
     ++trials_;
     const auto [from, to] = part.next();
-    const auto solution = solve(changed(request_, line, size), kTrialRung, from, to);
+    const auto solution = solve(changed(request_, line, size), rung, from, to);
     if (!solution) return Outcome{};
     return Outcome{grade_of(*solution), solution->score};
   }

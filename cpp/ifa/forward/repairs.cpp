@@ -34,13 +34,15 @@ double room_s(const Marks& marks, std::size_t k, int sign, double merge_gap_s) {
   return k + 1 < marks.size() ? marks.times_s[k + 1] - end_s(k) : marks.times_s[k] - marks.times_s[k - 1];
 }
 
-// From half a unit of cost, doubling up to all the room there is.
+// From half a unit of cost: the shift doubles up to half the room, then what is left of the room halves.
 std::vector<int> shift_sizes(const Marks& marks, std::size_t k, int sign, double merge_gap_s) {
-  const int most = static_cast<int>(std::floor(room_s(marks, k, sign, merge_gap_s) / kShift_s + kRounding));
+  constexpr int kHalvings = 3;
+  const int room = static_cast<int>(std::floor(room_s(marks, k, sign, merge_gap_s) / kShift_s + kRounding));
   std::vector<int> sizes;
-  const int first = std::max(1, static_cast<int>(std::lround(0.5 * shift_unit_s(marks, k) / kShift_s)));
-  for (int size = first; size < most; size *= 2) sizes.push_back(size);
-  if (most > 0) sizes.push_back(most);
+  int size = std::max(1, static_cast<int>(std::lround(0.5 * shift_unit_s(marks, k) / kShift_s)));
+  for (; 2 * size < room; size *= 2) sizes.push_back(size);
+  for (int part = 2; part <= 1 << kHalvings; part *= 2)
+    if (const int most = room - room / part; most > (sizes.empty() ? 0 : sizes.back())) sizes.push_back(most);
   return sizes;
 }
 
@@ -61,28 +63,29 @@ double material_value(double given, const Line& line, int size) {
   return given + line.sign * size * kMaterial;
 }
 
-// Flight as long as the longest gap is all that a contact could have to give.
+// The energy of the bounce before the conflict that needs most: what a gain is compared with. The longest
+// gap's flight, from nothing, is all that a contact could have to give.
 void add_energy_line(std::vector<Line>& lines, const std::vector<Conflict>& conflicts,
                      const Estimate& estimate) {
-  const auto conflict = std::find_if(conflicts.begin(), conflicts.end(), [](const Conflict& c) {
-    return c.mark > 0 && (c.kind == ConflictKind::missed || c.kind == ConflictKind::implausible ||
-                          c.kind == ConflictKind::retimed);
-  });
-  if (conflict == conflicts.end()) return;
-  const auto before =
-      estimate.gaps.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(conflict->mark, 2) - 2);
-  const double most_j =
-      std::max_element(estimate.gaps.begin(), estimate.gaps.end(),
-                       [](const GapEstimate& a, const GapEstimate& b) { return a.energy_j < b.energy_j; })
-          ->energy_j;
-  const double scale_j = before->energy_j > 0.0 ? before->energy_j : most_j;
-  if (!(most_j > 0.0)) return;  // spans all the way: nothing flies
+  std::size_t mark = 0;
+  double before_j = 0.0, most_j = 0.0;
+  for (const GapEstimate& gap : estimate.gaps) most_j = std::max(most_j, gap.energy_j);
+  for (const Conflict& c : conflicts) {
+    if (c.mark == 0 || (c.kind != ConflictKind::missed && c.kind != ConflictKind::implausible &&
+                        c.kind != ConflictKind::retimed))
+      continue;
+    const double own_j = estimate.gaps[std::max<std::size_t>(c.mark, 2) - 2].energy_j;
+    if (mark > 0 && own_j <= before_j) continue;
+    mark = c.mark;
+    before_j = own_j;
+  }
+  if (mark == 0 || most_j == 0.0) return;  // spans all the way: nothing flies
   const double retimed = 1.0 + kPlausible.retime;
   lines.push_back({RepairKind::energy,
-                   conflict->mark,
+                   mark,
                    1,
                    most_j / std::pow(kEnergyRatio, kEnergySizes - 1),
-                   (retimed * retimed - 1.0) * scale_j,
+                   (retimed * retimed - 1.0) * (before_j > 0.0 ? before_j : most_j),
                    {kEnergySizes}});
 }
 
