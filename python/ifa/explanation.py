@@ -1,4 +1,4 @@
-"""Why marks cannot be met as asked, and what would help: every repair is solved before it is offered."""
+"""Why marks cannot be met as asked, and which changes would help, each tried beforehand."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Conflict:
     got there), "implausible" (an impact is changed beyond the plausible region), "retimed" (by more
     than 7 %), "unrest" (the body does not come to rest after it), "sound" (it lowers the Score too
     much) or "penetration". text: the reason, without the name; `str()` gives both. finding: what
-    `ifa.estimate` says about the same mark, None if nothing.
+    `ifa.estimate` says about the same mark, once; else None.
     """
 
     mark: int
@@ -35,14 +35,15 @@ class Conflict:
 
 @dataclass(frozen=True)
 class Repair:
-    """A change with which a solve succeeded: `ifa.solve(r.body, r.marks, **r.options)` is that solve.
+    """A change that works: `ifa.solve(r.body, r.marks, **r.options)` is the solve that says so.
 
     kind: "shift", "drop", "energy", "restitution", "friction" or "ending". mark: the index, from 0,
     of the mark that is shifted or dropped, after which nothing is asked, or at which energy lacks;
-    None for a material. amount, unit: the change, in "s", "J" or "mark", or a plain number (unit "")
-    for a material. cost: CONVENTIONS.md defines it; 1 is about what retiming could hide. text: a
-    sentence; `str()` adds how good the motion is. plausible: else it just succeeded. score: of that
-    motion. body, marks, energy_gain_j, material, seed, rung: what was solved.
+    None for a material. amount, unit: the change, in "s", "J" or "mark", or a plain number (unit
+    "") for a material; 1 for a drop or an ending. cost: CONVENTIONS.md defines it; 1 is about what
+    retiming could hide. text: a sentence; `str()` adds how good the motion is. plausible: else it
+    just succeeded. score: of that motion. body, marks, energy_gain_j, material, seed, rung: what
+    was solved.
     """
 
     kind: str
@@ -130,11 +131,13 @@ def explain(
     (unless material="fit"), an open ending where the body does not come to rest. Each kind is tried
     from small to large, and the smallest size that gives a plausible motion, or else one that
     succeeds where none did as asked, is then narrowed down: to 1 ms, a tenth of the energy, 0.01 of
-    a material's number. All are solved on rung 1; a harder search (more rungs) may do with less.
+    a material's number. All are solved on rung 0, and on
+    rung 1 if none was plausible there: a harder search may do with less.
 
     solution: of the same marks and options, where there is one; else rungs 0 to 2 say how well they
-    can be met. time_budget_s: once it is over no further trial begins; one begun is finished. The
-    other arguments are those of `ifa.solve`. The same arguments give the same explanation for any
+    can be met. time_budget_s: once it is over no further trial begins, and none of those
+    rungs after a tenth of it; what has begun is finished. The other arguments are those of
+    `ifa.solve`. The same arguments give the same explanation for any
     number of threads, as long as it is `complete`. Raises IfaValueError naming the argument or the
     mark, Cancelled.
 

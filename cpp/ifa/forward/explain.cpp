@@ -12,6 +12,7 @@ namespace ifa {
 namespace {
 
 constexpr int kRungs = 3;              // that say how well the marks can be met as they are
+constexpr double kLadderShare = 0.1;   // of the budget, after which no next one of these begins
 constexpr int kTrialRungs[] = {0, 1};  // of repairs: the second only where the first finds none plausible
 constexpr double kAsAsked = 0.2;       // of the progress, for the marks as they are
 
@@ -52,7 +53,7 @@ class Explainer {
   std::optional<Solution> solve_as_asked() {
     std::optional<Solution> best;
     for (int rung = 0; rung < kRungs && !(best && best->plausible); ++rung) {
-      if (rung > 0 && out_of_time()) break;
+      if (rung > 0 && out_of_time(kLadderShare)) break;
       auto solution = solve(request_, rung, kAsAsked * rung / kRungs, kAsAsked * (rung + 1) / kRungs);
       if (solution && (!best || better(*solution, *best))) best = std::move(solution);
     }
@@ -183,10 +184,12 @@ class Explainer {
     }
   }
 
-  bool out_of_time() {
+  // Whether this share of the budget is over; what then does not begin is missing from the explanation.
+  bool out_of_time(double share = 1.0) {
     const std::chrono::duration<double> gone = std::chrono::steady_clock::now() - began_;
-    complete_ = complete_ && gone.count() < options_.time_budget_s;
-    return !complete_;
+    const bool over = gone.count() >= share * options_.time_budget_s;
+    complete_ = complete_ && !over;
+    return over;
   }
 
   Request request_;

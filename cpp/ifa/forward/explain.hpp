@@ -31,8 +31,8 @@ struct Explanation {
 };
 
 // `options` as for solve_forward; its rung is of no account. `known` may be null: then rungs 0 to 2 say how
-// good the marks can be met. The clock only decides whether another trial begins. Throws Cancelled, or
-// ArgumentError.
+// well the marks can be met. The clock only decides whether another trial (or rung) begins. Throws Cancelled,
+// or ArgumentError.
 Explanation explain(const Body& body, const Marks& marks, const SolveOptions& options, double merge_gap_s,
                     const Solution* known, Progress* progress);
 

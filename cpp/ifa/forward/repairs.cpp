@@ -13,7 +13,8 @@ namespace {
 constexpr double kShift_s = 1e-3, kMaterial = 0.01, kEnergyRatio = 1.1;  // one step of a size
 constexpr int kEnergySizes = 49;  // 1.1^48 = 97: from a hundredth of all that a gap could need
 constexpr double kMaterialUnit = 0.1, kWholeCost = 5.0;
-constexpr double kLeastRestitution = 0.05, kMostRestitution = 0.95, kMostFriction = 1.5;
+constexpr double kLeastRestitution = 0.05, kMostRestitution = 0.95;
+constexpr double kLeastFriction = 0.05, kMostFriction = 1.5;  // without any a body slides on for ever
 constexpr double kRounding = 1e-9;
 
 double shorter_gap_s(const Marks& marks, std::size_t k) {
@@ -134,7 +135,7 @@ std::vector<Line> lines_for(const Request& request, const std::vector<Conflict>&
     const Material& m = request.body.material();
     add(RepairKind::restitution, 0, -1, material_sizes(m.restitution - kLeastRestitution));
     add(RepairKind::restitution, 0, 1, material_sizes(kMostRestitution - m.restitution));
-    add(RepairKind::friction, 0, -1, material_sizes(m.friction));
+    add(RepairKind::friction, 0, -1, material_sizes(m.friction - kLeastFriction));
     add(RepairKind::friction, 0, 1, material_sizes(kMostFriction - m.friction));
   }
   if (rest_fails) add(RepairKind::ending, n - 1, 1, {1});
@@ -162,7 +163,7 @@ Request changed(const Request& request, const Line& line, int size) {
       material.restitution = material_value(material.restitution, line, size);
       break;
     case RepairKind::friction:
-      material.friction = std::max(0.0, material_value(material.friction, line, size));
+      material.friction = material_value(material.friction, line, size);
       break;
     case RepairKind::ending:
       out.marks.ending = Ending::open;
