@@ -143,7 +143,7 @@ def explain(
 
     Example:
         >>> ball = Body.ball(0.02, mass_kg=0.01, restitution=0.4)
-        >>> marks = Signature([0.2, 0.3, 0.31], ending="open")
+        >>> marks = Signature([0.2, 0.3, 0.35], ending="open")
         >>> explanation = explain(ball, marks, time_budget_s=60.0)
         >>> explanation.plausible, [str(conflict) for conflict in explanation.conflicts]
         (True, [])
