@@ -55,8 +55,9 @@ TEST(Repairs, EveryProposalIsAValidRequestWithOneChange) {
         lines_for(request, {{mark, kind, "", ""}}, estimate(request.body, request.marks), merge_gap_s);
     for (const Line& line : lines) {
       ++lines_seen[static_cast<int>(line.kind)];
-      if (request.fit_material)  // it looks for these itself
+      if (request.fit_material) {  // it looks for these itself
         EXPECT_TRUE(line.kind != RepairKind::restitution && line.kind != RepairKind::friction);
+      }
       ASSERT_FALSE(line.sizes.empty());
       EXPECT_TRUE(std::is_sorted(line.sizes.begin(), line.sizes.end()));
       double last = 0.0;
