@@ -10,5 +10,6 @@ PYBIND11_MODULE(_core, m) {
   ifa::bindings::bind_signature(m);
   ifa::bindings::bind_motion(m);
   ifa::bindings::bind_forward(m);
+  ifa::bindings::bind_explain(m);
   ifa::bindings::bind_verify(m);
 }

@@ -27,6 +27,7 @@ from ifa._core import (
 from ifa.batch import Batch, SampleStatus, instruction_sets, sample_states, simulate_batch
 from ifa.body import Body, MeshWarning
 from ifa.estimation import Estimate, Finding, Gap, estimate
+from ifa.explanation import Conflict, Explanation, Repair, explain
 from ifa.marks import Signature
 from ifa.simulation import Hits, Run, State, fly, simulate
 from ifa.solution import Event, Motion, Solution
@@ -39,8 +40,10 @@ __all__ = [
     "Body",
     "Cancelled",
     "Certificate",
+    "Conflict",
     "Estimate",
     "Event",
+    "Explanation",
     "Finding",
     "Gap",
     "Hits",
@@ -51,6 +54,7 @@ __all__ = [
     "Motion",
     "NoMotionError",
     "Progress",
+    "Repair",
     "Run",
     "SampleStatus",
     "Signature",
@@ -59,6 +63,7 @@ __all__ = [
     "__version__",
     "bodies",
     "estimate",
+    "explain",
     "fly",
     "instruction_sets",
     "sample_states",

@@ -1,8 +1,8 @@
-"""The command line: `ifa solve`, `ifa estimate`, `ifa verify`, `ifa bodies`.
+"""The command line: `ifa solve`, `ifa explain`, `ifa estimate`, `ifa verify`, `ifa bodies`.
 
 Exit codes: 0 done, 2 bad input, 3 no acceptable motion (the best one is still written, unless not
-even a first contact was found), 4 cancelled. With `--json` stdout holds one JSON object and nothing
-else; everything for the eye goes to stderr.
+even a first contact was found) or no repair that works, 4 cancelled. With `--json` stdout holds one
+JSON object and nothing else; everything for the eye goes to stderr.
 """
 
 from __future__ import annotations
@@ -16,16 +16,19 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import IO, Any, NoReturn
+from typing import IO, Any, NoReturn, TypeVar
 
 import ifa
 from ifa import report
 from ifa.marks import Ending
+from ifa.text_files import write_text
 
 DONE, BAD_INPUT, NO_MOTION, CANCELLED = 0, 2, 3, 4
 
 _MESH_ENDINGS = (".obj", ".off", ".ply", ".stl")
 _POLL_S = 0.05
+
+Result = TypeVar("Result")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -56,7 +59,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="ifa",
         description="Rigid-body motion whose contacts land on the marks of a sound.",
         epilog="Exit codes: 0 done, 2 bad input, 3 no acceptable motion (solve still writes the "
-        "best one, which may miss marks), 4 cancelled.",
+        "best one, which may miss marks) or no repair that works, 4 cancelled.",
     )
     parser.add_argument("--version", action="version", version=f"ifa {ifa.__version__}")
     verbs = parser.add_subparsers(required=True, metavar="VERB")
@@ -65,44 +68,26 @@ def _parser() -> argparse.ArgumentParser:
     _add_body(solve)
     _add_marks(solve)
     solve.add_argument("-o", "--out", metavar="OUT", help="write the motion to this .json file")
-    solve.add_argument("--sound", metavar="WAV", help="the marked sound: gives the amplitudes")
-    _add_ending(solve)
+    _add_search(solve)
     solve.add_argument("--method", choices=("forward", "graph"), default="forward")
-    solve.add_argument("--events", choices=("audible", "contact"), default="audible")
-    solve.add_argument(
-        "--material",
-        choices=("given", "fit"),
-        default="given",
-        help="fit the restitution to the marks, or take it as given (default); friction stays",
-    )
-    solve.add_argument("--restitution", type=float, metavar="E", help="0 to 1")
-    solve.add_argument("--friction", type=float, metavar="MU", help="0 or more")
-    solve.add_argument(
-        "--energy-gain", type=float, default=0.0, metavar="J", help="that a contact may add"
-    )
-    solve.add_argument(
-        "--seed",
-        type=int,
-        default=0,
-        metavar="N",
-        help="another seed, another take; the same seed and rung give the same motion",
-    )
     solve.add_argument(
         "--rung",
         type=int,
         metavar="N",
         help="search exactly this hard, whatever the time: the result says at which rung it ended",
     )
-    solve.add_argument(
-        "--time-budget",
-        type=float,
-        default=10.0,
-        metavar="S",
-        help="begin no larger search after so many seconds (default 10)",
-    )
-    solve.add_argument("--threads", type=int, metavar="N", help="default: one for each core")
     _add_json(solve)
     solve.set_defaults(run=_solve)
+
+    explain = verbs.add_parser(
+        "explain", help="say which marks conflict, and which changes work: each is tried"
+    )
+    _add_body(explain)
+    _add_marks(explain)
+    explain.add_argument("-o", "--out", metavar="OUT", help="write what --json prints to this file")
+    _add_search(explain)
+    _add_json(explain)
+    explain.set_defaults(run=_explain)
 
     estimate = verbs.add_parser("estimate", help="say what the marks ask for, without a search")
     _add_body(estimate)
@@ -160,6 +145,38 @@ def _add_ending(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_search(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--sound", metavar="WAV", help="the marked sound: gives the amplitudes")
+    _add_ending(parser)
+    parser.add_argument("--events", choices=("audible", "contact"), default="audible")
+    parser.add_argument(
+        "--material",
+        choices=("given", "fit"),
+        default="given",
+        help="fit the restitution to the marks, or take it as given (default); friction stays",
+    )
+    parser.add_argument("--restitution", type=float, metavar="E", help="0 to 1")
+    parser.add_argument("--friction", type=float, metavar="MU", help="0 or more")
+    parser.add_argument(
+        "--energy-gain", type=float, default=0.0, metavar="J", help="that a contact may add"
+    )
+    parser.add_argument(
+        "--seed",
+        type=int,
+        default=0,
+        metavar="N",
+        help="another seed, another take; the same seed and rung give the same motion",
+    )
+    parser.add_argument(
+        "--time-budget",
+        type=float,
+        default=10.0,
+        metavar="S",
+        help="begin no larger search after so many seconds (default 10)",
+    )
+    parser.add_argument("--threads", type=int, metavar="N", help="default: one for each core")
+
+
 def _add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
@@ -167,14 +184,7 @@ def _add_json(parser: argparse.ArgumentParser) -> None:
 def _solve(options: argparse.Namespace) -> int:
     if options.out is not None:
         _check_out(options.out, inputs=(options.body, options.marks, options.sound))
-    marks = ifa.Signature.read(options.marks, sound=options.sound, ending=options.ending)
-    body = _body(options)
-    material = {
-        field: value
-        for field in ("restitution", "friction")
-        if (value := getattr(options, field)) is not None
-    }
-    body = body.replace(**material)
+    body, marks = _request(options)
     progress = ifa.Progress()
     try:
         solution = _watched(
@@ -214,6 +224,49 @@ def _solve(options: argparse.Namespace) -> int:
         if options.out is not None:
             print(f"written to {options.out}")
     return DONE if solution.succeeded else NO_MOTION
+
+
+def _explain(options: argparse.Namespace) -> int:
+    if options.out is not None:
+        _check_out(options.out, inputs=(options.body, options.marks, options.sound))
+    body, marks = _request(options)
+    progress = ifa.Progress()
+    explanation = _watched(
+        lambda: ifa.explain(
+            body,
+            marks,
+            material=options.material,
+            energy_gain_j=options.energy_gain,
+            seed=options.seed,
+            time_budget_s=options.time_budget,
+            threads=options.threads,
+            events=options.events,
+            progress=progress,
+        ),
+        progress,
+    )
+    content = explanation.to_dict()
+    if options.out is not None:
+        write_text(options.out, json.dumps(content, allow_nan=False) + "\n")
+    if options.json:
+        _print_json(content)
+    else:
+        print(report.explanation_text(explanation, body))
+        if options.out is not None:
+            print(f"written to {options.out}")
+    return DONE if explanation.plausible or explanation.repairs else NO_MOTION
+
+
+def _request(options: argparse.Namespace) -> tuple[ifa.Body, ifa.Signature]:
+    """The body, of the material that the options name, and the marks."""
+    marks = ifa.Signature.read(options.marks, sound=options.sound, ending=options.ending)
+    body = _body(options)
+    material = {
+        field: value
+        for field in ("restitution", "friction")
+        if (value := getattr(options, field)) is not None
+    }
+    return body.replace(**material), marks
 
 
 def _estimate(options: argparse.Namespace) -> int:
@@ -295,10 +348,10 @@ def _mesh_body(path: str, unit: str | None, density: float | None, mass: float |
 
 
 def _check_out(out: str, inputs: Sequence[str | None]) -> None:
-    """Find out before the search, not after it, that the motion could not be written."""
+    """Find out before the search, not after it, that its result could not be written."""
     path = Path(out)
     if path.suffix.lower() != ".json":
-        raise ifa.IfaValueError(f"{out}: motions are written as .json in this version")
+        raise ifa.IfaValueError(f"{out}: is written as JSON, so its name must end in .json")
     if path.is_dir():
         raise ifa.IfaFileError(f"{out}: is a folder")
     if not path.parent.is_dir():
@@ -319,9 +372,9 @@ def _ending_solved_for(motion: str) -> Ending | None:
     return ending if ending in ("rest", "open") else None
 
 
-def _watched(work: Callable[[], ifa.Solution], progress: ifa.Progress) -> ifa.Solution:
+def _watched(work: Callable[[], Result], progress: ifa.Progress) -> Result:
     """Run `work` in a thread, showing its progress; Ctrl-C and SIGTERM cancel it."""
-    outcome: list[ifa.Solution] = []
+    outcome: list[Result] = []
     failure: list[BaseException] = []
 
     def run() -> None:

@@ -1,4 +1,4 @@
-"""Solutions, estimates and bodies as text for people."""
+"""Solutions, explanations, estimates and bodies as text for people."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 from ifa.body import Body
 from ifa.estimation import Estimate
+from ifa.explanation import Explanation
 from ifa.marks import MERGE_GAP_S, Signature
 from ifa.solution import Event, Solution
 
@@ -177,6 +178,28 @@ def estimate_text(estimate: Estimate, body: Body, marks: Signature) -> str:
         lines += ["", *(str(finding) for finding in estimate.findings[:_MOST_FINDINGS])]
         if len(estimate.findings) > _MOST_FINDINGS:
             lines.append(f"and {len(estimate.findings) - _MOST_FINDINGS} more (--json has all)")
+    return "\n".join(lines)
+
+
+def explanation_text(explanation: Explanation, body: Body) -> str:
+    """What is wrong, and the repairs."""
+    if explanation.plausible:
+        return f"{body.name}: nothing is wrong, a plausible motion meets the marks"
+    how = "only a motion that is not plausible" if explanation.succeeded else "no acceptable motion"
+    lines = [f"{body.name}: {how} was found"]
+    for conflict in explanation.conflicts[:_MOST_FINDINGS]:
+        lines.append(f"  {conflict}")
+        if conflict.finding is not None:
+            lines.append(f"    (estimate: {conflict.finding})")
+    if len(explanation.conflicts) > _MOST_FINDINGS:
+        lines.append(f"  and {len(explanation.conflicts) - _MOST_FINDINGS} more (--json has all)")
+    tried = f"of {_count(explanation.trials, 'trial')}"
+    if not explanation.complete:
+        tried += ", which the time budget ended"
+    if not explanation.repairs:
+        return "\n".join([*lines, "", f"no repair works ({tried})"])
+    lines += ["", f"repairs that work ({tried}):"]
+    lines += table([(f"{r.cost:.2f}", str(r)) for r in explanation.repairs], align="><")
     return "\n".join(lines)
 
 

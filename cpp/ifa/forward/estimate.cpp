@@ -89,25 +89,6 @@ std::optional<double> restitution_of_gaps(const Body& body, const Marks& marks) 
   return std::clamp(after_s / (*longest + after_s), kHintedRestitution.least, kHintedRestitution.most);
 }
 
-// Two digits, no exponent for what people meet.
-std::string brief(double value) {
-  if (value == 0.0 || !(std::abs(value) < 1e12)) return number(value);
-  const double step = std::pow(10.0, std::floor(std::log10(std::abs(value))) - 1.0);
-  char text[32];
-  std::snprintf(text, sizeof text, "%.12g", std::round(value / step) * step);
-  return text;
-}
-
-std::string measure(double value, const char* unit) {
-  constexpr struct {
-    double size;
-    const char* prefix;
-  } kPrefixes[] = {{1e3, "k"}, {1.0, ""}, {1e-3, "m"}, {1e-6, "u"}};
-  for (const auto& [size, prefix] : kPrefixes)
-    if (value >= 0.995 * size) return brief(value / size) + " " + prefix + unit;
-  return brief(value) + " " + unit;
-}
-
 std::vector<Finding> findings_of(const Estimate& e, Ending ending) {
   std::vector<Finding> findings;
   for (std::size_t k = 0; k < e.gaps.size(); ++k) {
