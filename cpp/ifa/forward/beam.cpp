@@ -212,11 +212,14 @@ class Search {
 
 }  // namespace
 
-Beam search_beam(const Problem& problem, const BeamOptions& options, const Share& share, const Beam* kept,
+Beam search_beam(const Problem& problem, const BeamOptions& options, Progress* progress, const Beam* kept,
                  std::size_t same) {
   Beam beam;
-  Search search(problem, options, share.progress, beam);
+  Search search(problem, options, progress, beam);
   const std::size_t n = problem.marks.size();
+  const auto raise_to = [&](double fraction) {
+    if (progress) progress->raise_to(fraction);
+  };
   if (kept && same > 0 && kept->levels.size() >= same) {
     beam.levels.assign(kept->levels.begin(), kept->levels.begin() + static_cast<std::ptrdiff_t>(same));
     search.look_again();
@@ -228,10 +231,10 @@ Beam search_beam(const Problem& problem, const BeamOptions& options, const Share
     return beam;
   }
   for (std::size_t k = beam.levels.size() - 1; k + 1 < n && beam.levels.size() == k + 1; ++k) {
-    share.raise_to(static_cast<double>(k + 1) / static_cast<double>(n + 1));
+    raise_to(static_cast<double>(k + 1) / static_cast<double>(n + 1));
     search.advance(k);
   }
-  share.raise_to(static_cast<double>(n) / static_cast<double>(n + 1));
+  raise_to(static_cast<double>(n) / static_cast<double>(n + 1));
   if (beam.levels.size() == n) search.finish();
   return beam;
 }

@@ -32,19 +32,9 @@ struct Beam {
   double simulated_s = 0.0;
 };
 
-// Where a part of the whole lies in it, for progress.
-struct Share {
-  Progress* progress = nullptr;  // may be null
-  double from = 0.0, to = 1.0;
-
-  void raise_to(double fraction) const {
-    if (progress) progress->raise_to(from + (to - from) * fraction);
-  }
-};
-
 // `kept`, where given, is an earlier beam for marks that were the same up to and with event `same - 1`: its
 // levels up to there are gone on from.
-Beam search_beam(const Problem& problem, const BeamOptions& options, const Share& share,
+Beam search_beam(const Problem& problem, const BeamOptions& options, Progress* progress,
                  const Beam* kept = nullptr, std::size_t same = 0);
 
 // One event of a found motion.

@@ -87,7 +87,8 @@ class Solver {
     if (same == 0) return;
     kept_.bodies = before.bodies;  // the levels refer to them
     for (int rung = 0; rung <= before.rung; ++rung) {
-      Beam beam = search_beam(problem(), beam_options(rung), {progress_, 0.0, 0.0}, &before.beam, same);
+      Progress part(progress_, 0.0, 0.0);  // how far this leads is open
+      Beam beam = search_beam(problem(), beam_options(rung), &part, &before.beam, same);
       auto takes = takes_of(beam);
       offer(std::move(beam), std::move(takes), rung);
       if (takes_.front().plausible) return;
@@ -107,8 +108,8 @@ class Solver {
         const double more = static_cast<double>(kLadder[rung].beam) / kLadder[rung - 1].beam;
         if (rung_began + 0.5 * more * rung_s > options_.time_budget_s) return;
       }
-      const Share share{progress_, (rung - first) / parts, (rung - first + 1) / parts};
-      Beam beam = search_beam(problem(), beam_options(rung), share);
+      Progress part(progress_, (rung - first) / parts, (rung - first + 1) / parts);
+      Beam beam = search_beam(problem(), beam_options(rung), &part);
       if (!beam.levels.empty()) {
         auto takes = takes_of(beam);
         if (takes.front().plausible) add_takes(rung, takes);
@@ -125,7 +126,8 @@ class Solver {
          ++search) {
       BeamOptions other = beam_options(rung);
       other.seed += 0x9E3779B97F4A7C15u * static_cast<std::uint64_t>(search);
-      const Beam beam = search_beam(problem(), other, {progress_, 0.0, 0.0});
+      Progress part(progress_, 0.0, 0.0);
+      const Beam beam = search_beam(problem(), other, &part);
       if (beam.leaves.empty()) continue;
       auto more = best_takes(problem(), beam, options_.takes, options_.lead_in_s, takes, progress_);
       std::move(more.begin(), more.end(), std::back_inserter(takes));

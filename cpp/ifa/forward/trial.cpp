@@ -9,9 +9,11 @@ namespace {
 constexpr double kLateShare = 1.35;  // a passage is followed this far beyond its target
 
 // How long a passage that leaves event k is followed.
-double limit_s(const Problem& problem, std::size_t k) {
+double limit_s(const Problem& problem, const Body& body, std::size_t k) {
+  constexpr double kWithoutFriction_s = 3.0;  // what slides then slides for ever, and is not worth watching
   if (k + 1 < problem.marks.size()) return kLateShare * problem.target_s(k);
-  return problem.marks.ending == Ending::rest ? kLongestRest_s : kOpenTail_s;
+  if (problem.marks.ending == Ending::open) return kOpenTail_s;
+  return body.material().friction > 0.0 ? kLongestRest_s : kWithoutFriction_s;
 }
 
 double lateness_s(const Problem& problem, std::size_t k, const Passage& passage) {
@@ -64,8 +66,8 @@ Trial Trials::unchanged(std::span<const Candidate> candidates, std::size_t index
 void Trials::run(std::span<const Candidate> candidates, std::size_t k, std::span<Trial> trials) {
   departures_.clear();
   for (const Trial& t : trials)
-    departures_.push_back(
-        {candidates[t.candidate].onset.hit, t.after, problem_.marks.durations_s[k], limit_s(problem_, k)});
+    departures_.push_back({candidates[t.candidate].onset.hit, t.after, problem_.marks.durations_s[k],
+                           limit_s(problem_, body_, k)});
   arrivals_.resize(trials.size());
   passages_.run(departures_, arrivals_, progress_);
   for (std::size_t i = 0; i < trials.size(); ++i) {
@@ -77,7 +79,8 @@ void Trials::run(std::span<const Candidate> candidates, std::size_t k, std::span
 std::vector<Passage> Trials::follow(std::span<const Onset> onsets, std::size_t k) {
   departures_.clear();
   for (const Onset& onset : onsets)
-    departures_.push_back({onset.hit, onset.after, problem_.marks.durations_s[k], limit_s(problem_, k)});
+    departures_.push_back(
+        {onset.hit, onset.after, problem_.marks.durations_s[k], limit_s(problem_, body_, k)});
   std::vector<Passage> passages(onsets.size());
   passages_.run(departures_, passages, progress_);
   return passages;
