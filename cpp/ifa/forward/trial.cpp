@@ -9,11 +9,13 @@ namespace {
 constexpr double kLateShare = 1.35;  // a passage is followed this far beyond its target
 
 // How long a passage that leaves event k is followed.
-double limit_s(const Problem& problem, const Body& body, std::size_t k) {
-  constexpr double kWithoutFriction_s = 3.0;  // what slides then slides for ever, and is not worth watching
+double limit_s(const Problem& problem, const Body& body, std::size_t k, const State& after) {
   if (k + 1 < problem.marks.size()) return kLateShare * problem.target_s(k);
   if (problem.marks.ending == Ending::open) return kOpenTail_s;
-  return body.material().friction > 0.0 ? kLongestRest_s : kWithoutFriction_s;
+  // Without friction what slides never stops, and is not worth watching.
+  const bool stops = body.material().friction > 0.0 ||
+                     after.velocity.head<2>().norm() < problem.physics.simulation.rest_speed_m_s;
+  return stops ? kLongestRest_s : 0.0;
 }
 
 double lateness_s(const Problem& problem, std::size_t k, const Passage& passage) {
@@ -67,7 +69,7 @@ void Trials::run(std::span<const Candidate> candidates, std::size_t k, std::span
   departures_.clear();
   for (const Trial& t : trials)
     departures_.push_back({candidates[t.candidate].onset.hit, t.after, problem_.marks.durations_s[k],
-                           limit_s(problem_, body_, k)});
+                           limit_s(problem_, body_, k, t.after)});
   arrivals_.resize(trials.size());
   passages_.run(departures_, arrivals_, progress_);
   for (std::size_t i = 0; i < trials.size(); ++i) {
@@ -80,7 +82,7 @@ std::vector<Passage> Trials::follow(std::span<const Onset> onsets, std::size_t k
   departures_.clear();
   for (const Onset& onset : onsets)
     departures_.push_back(
-        {onset.hit, onset.after, problem_.marks.durations_s[k], limit_s(problem_, body_, k)});
+        {onset.hit, onset.after, problem_.marks.durations_s[k], limit_s(problem_, body_, k, onset.after)});
   std::vector<Passage> passages(onsets.size());
   passages_.run(departures_, passages, progress_);
   return passages;
