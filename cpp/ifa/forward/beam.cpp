@@ -239,6 +239,8 @@ Beam search_beam(const Problem& problem, const BeamOptions& options, Progress* p
   return beam;
 }
 
+namespace {
+
 Found trace(const Beam& beam, int candidate, const Leave& leave) {
   const Candidate* c = &beam.levels.back().candidates[static_cast<std::size_t>(candidate)];
   Found found{c->body, {{c->onset, leave}}};
@@ -251,8 +253,16 @@ Found trace(const Beam& beam, int candidate, const Leave& leave) {
   return found;
 }
 
+}  // namespace
+
+Found trace(const Beam& beam, const Leaf& leaf) {
+  Found found = trace(beam, leaf.candidate, leaf.leave);
+  found.complete = true;
+  return found;
+}
+
 Found best_of(const Beam& beam) {
-  if (!beam.leaves.empty()) return trace(beam, beam.leaves.front().candidate, beam.leaves.front().leave);
+  if (!beam.leaves.empty()) return trace(beam, beam.leaves.front());
   const auto& last = beam.levels.back().candidates;
   const auto best = std::min_element(last.begin(), last.end(), [](const Candidate& a, const Candidate& b) {
     if (a.sounder(b) || b.sounder(a)) return a.sounder(b);

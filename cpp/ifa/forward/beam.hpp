@@ -47,9 +47,10 @@ struct Link {
 struct Found {
   int body = 0;
   std::vector<Link> links;
+  bool complete = false;  // it ends as the marks ask
 };
 
-Found trace(const Beam& beam, int candidate, const Leave& leave);
+Found trace(const Beam& beam, const Leaf& leaf);
 
 // Of the motions that the beam reached: the best leaf, else the candidate that came farthest. The beam must
 // have a level.

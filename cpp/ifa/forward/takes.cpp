@@ -43,7 +43,7 @@ std::vector<Solution> best_takes(const Problem& problem, const Beam& beam, int t
     if (starts.insert(start_of(leaf)).second) order.push_back(&leaf);
   const std::size_t tries = std::min(order.size(), static_cast<std::size_t>(kMostTried * takes));
   for (std::size_t i = 0; i < tries && before.size() + found.size() < static_cast<std::size_t>(takes); ++i) {
-    Solution solution = solution_of(trace(beam, order[i]->candidate, order[i]->leave));
+    Solution solution = solution_of(trace(beam, *order[i]));
     if (!(plausible ? solution.plausible : solution.succeeded)) continue;
     const auto other = [&](const Solution& s) { return different(s, solution); };
     if (std::ranges::all_of(found, other) && std::ranges::all_of(before, other))
