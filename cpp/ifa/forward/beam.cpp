@@ -129,7 +129,7 @@ class Search {
       add_leaf(i, {last[i].onset.after, 0.0, 0.0}, last[i].unchanged->event);
     }
     for (const Tolerance& tolerance : {kPlausible, kTolerable}) {
-      if (!beam_.leaves.empty()) break;
+      if (ended_soundly_) break;
       const auto chunks = chunks_of(0, last.size(), kChunk, [&](std::size_t i) { return last[i].body; });
       std::vector<std::vector<Trial>> trials(chunks.size());
       each_chunk(chunks, [&](std::size_t c, Expander& expander) {
@@ -198,16 +198,18 @@ class Search {
   void add_leaf(std::size_t i, const Leave& leave, const Event& event) {
     const Candidate& c = beam_.levels.back().candidates[i];
     const std::size_t k = problem_.marks.size() - 1;
-    Factors f = sound_factors(event, problem_.marks, k, k == 0 ? event.amplitude : c.first_amplitude);
-    f.velocity = velocity_factor(leave.excess);
-    beam_.leaves.push_back({static_cast<int>(i), leave, c.log_weight + log_product(f),
-                            c.violations + (leave.excess > kPlausible.excess ? 1 : 0), c.stretched});
+    const double log_factors = problem_.log_sound(event, k, c.first_amplitude) - leave.excess;
+    const bool sound = leave.excess <= kPlausible.excess && log_factors >= kLeastLogFactors;
+    ended_soundly_ |= sound;
+    beam_.leaves.push_back({static_cast<int>(i), leave, c.log_weight + log_factors,
+                            c.violations + (sound ? 0 : 1), c.stretched});
   }
 
   const Problem& problem_;
   const BeamOptions& options_;
   Progress* progress_;
   Beam& beam_;
+  bool ended_soundly_ = false;  // some leaf
 };
 
 }  // namespace

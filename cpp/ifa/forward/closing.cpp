@@ -13,28 +13,25 @@ constexpr double kOnTime_s = 1e-5, kOnTimeShare = 1e-4;
 
 double on_time_s(double target_s) { return std::max(kOnTime_s, kOnTimeShare * target_s); }
 
-// Of two ways to meet a mark, the milder one is worth more: log f_v f_t.
-double worth(const Trial& t, double target_s) {
-  if (!std::isfinite(t.excess)) return -kNever;
-  return std::log(time_factor(t.passage.interval_s, target_s)) - t.excess;
-}
-
-void keep_better(Closing& closing, const Trial& trial, double target_s) {
-  if (trial.hits() && worth(trial, target_s) > worth(closing.best, target_s)) closing.best = trial;
+void keep_better(Closing& closing, const Trial& trial, double worth) {
+  if (!trial.hits() || worth <= closing.worth) return;
+  closing.best = trial;
+  closing.worth = worth;
 }
 
 }  // namespace
 
 double ratio_of(double a, double b) { return std::max(a, b) / std::min(a, b); }
 
-std::vector<Closing> enclose(std::span<const Trial> trials, std::size_t candidates, std::size_t most,
-                             double target_s, std::vector<char>& used) {
-  std::vector<std::vector<std::size_t>> early(candidates), late(candidates);
+std::vector<Closing> enclose(const Problem& problem, std::span<const Trial> trials,
+                             std::span<const Candidate> candidates, std::size_t k, std::size_t most,
+                             std::vector<char>& used) {
+  std::vector<std::vector<std::size_t>> early(candidates.size()), late(candidates.size());
   for (std::size_t t = 0; t < trials.size(); ++t)
     (trials[t].lateness_s < 0.0 ? early : late)[trials[t].candidate].push_back(t);
   const auto milder = [&](std::size_t a, std::size_t b) { return trials[a].excess < trials[b].excess; };
   std::vector<Closing> closings;
-  for (std::size_t i = 0; i < candidates; ++i) {
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
     std::stable_sort(early[i].begin(), early[i].end(), milder);
     std::stable_sort(late[i].begin(), late[i].end(), milder);
     const std::size_t pairs = std::min({early[i].size(), late[i].size(), most});
@@ -44,8 +41,8 @@ std::vector<Closing> enclose(std::span<const Trial> trials, std::size_t candidat
       Closing closing{a.y, b.y - a.y, Bracket({0.0, a.lateness_s}, {1.0, b.lateness_s}), {}};
       closing.best.candidate = i;
       closing.best.excess = kNever;
-      keep_better(closing, a, target_s);
-      keep_better(closing, b, target_s);
+      for (const Trial* t : {&a, &b})
+        keep_better(closing, *t, t->log_factors(problem, k, candidates[i].first_amplitude));
       closings.push_back(std::move(closing));
     }
   }
@@ -85,7 +82,8 @@ void close_in(Trials& trials, std::span<const Candidate> candidates, std::size_t
         closing.slope_s = (now.value - before.value) / (now.x - before.x);
       before = now;
       closing.bracket.add(now);
-      keep_better(closing, tried[t], target);
+      keep_better(closing, tried[t],
+                  tried[t].log_factors(trials.problem(), k, candidates[tried[t].candidate].first_amplitude));
       if (std::abs(now.value) <= on_time_s(target)) closing.open = false;
     }
   }

@@ -16,15 +16,17 @@ double ratio_of(double a, double b);  // the larger over the smaller
 struct Closing {
   Vec6 from, along;
   Bracket bracket;
-  Trial best;            // the mildest by f_v f_t that hits; excess infinite if none does
-  double slope_s = 0.0;  // of the lateness along the line, where it was last looked at; 0 if unknown
+  Trial best;              // of those that hit, by the product of its factors; excess infinite if none does
+  double worth = -kNever;  // its logarithm
+  double slope_s = 0.0;    // of the lateness along the line, where it was last looked at; 0 if unknown
   bool open = true;
 };
 
 // Pairs of trials of the same candidate that enclose the mark after event k, the mildest first, each trial
 // used once, at most `most` for a candidate. `used` is set for those that are.
-std::vector<Closing> enclose(std::span<const Trial> trials, std::size_t candidates, std::size_t most,
-                             double target_s, std::vector<char>& used);
+std::vector<Closing> enclose(const Problem& problem, std::span<const Trial> trials,
+                             std::span<const Candidate> candidates, std::size_t k, std::size_t most,
+                             std::vector<char>& used);
 
 // Closes in on the mark.
 void close_in(Trials& trials, std::span<const Candidate> candidates, std::size_t k, double largest_excess,

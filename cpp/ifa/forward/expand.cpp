@@ -78,8 +78,8 @@ void Expander::expand(std::span<const Candidate> parents, std::size_t first, std
   if (!options.first_round)  // it has been a child before
     std::fill(used.begin() + static_cast<std::ptrdiff_t>(scattered), used.end(), char{1});
 
-  auto closings = enclose(trials, parents.size(), static_cast<std::size_t>(options.proposals),
-                          trials_.problem().target_s(k), used);
+  auto closings =
+      enclose(trials_.problem(), trials, parents, k, static_cast<std::size_t>(options.proposals), used);
   close_in(trials_, parents, k, options.tolerance.excess, closings);
 
   const auto add = [&](const Trial& t) {
@@ -125,11 +125,10 @@ void Expander::add_child(const Candidate& parent, std::size_t index, std::size_t
   child.body = trials_.body_index();
   child.from = {trial.after, trial.excess, interval};
   child.first_amplitude = k == 0 ? passage.event.amplitude : parent.first_amplitude;
-  Factors f = sound_factors(passage.event, marks, k, child.first_amplitude);
-  f.velocity = velocity_factor(trial.excess);
-  f.time = time_factor(interval, target);
-  child.log_weight = parent.log_weight + log_product(f);
-  const bool plausible = trial.excess <= kPlausible.excess && ratio <= 1.0 + kPlausible.retime;
+  const double log_factors = trial.log_factors(problem, k, parent.first_amplitude);
+  child.log_weight = parent.log_weight + log_factors;
+  const bool plausible = trial.excess <= kPlausible.excess && ratio <= 1.0 + kPlausible.retime &&
+                         log_factors >= kLeastLogFactors;
   child.violations = parent.violations + (plausible ? 0 : 1);
   child.stretched = parent.stretched + (ratio > 1.0 + kUnnoticed ? 1 : 0);
   children.push_back(child);
@@ -168,7 +167,9 @@ void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
     Candidate& c = candidates[i];
     const double miss1 = miss(passages[i], k);
     c.outlook = -0.5 * miss1 * miss1;
-    if (k > 0) c.outlook += log_product(sound_factors(passages[i].event, marks, k, c.first_amplitude));
+    if (k > 0)
+      c.outlook +=
+          std::max(kLeastLogFactors, trials_.problem().log_sound(passages[i].event, k, c.first_amplitude));
     if (k + 1 < marks.size()) {
       if (passages[i].next == Next::hit && std::abs(miss1) < 2.0) {
         of.push_back(i);
@@ -193,9 +194,16 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
   const std::size_t k = problem.marks.size() - 1;
   const Ending ending = problem.marks.ending;
   const double edge = kEdge * std::sqrt(largest_excess);
-  // How far a passage is from the ending: 0 as asked, else by the loudness of the hit that is too much.
+  const auto log_factors = [&](const Trial& t) {
+    return t.log_factors(problem, k, candidates[t.candidate].first_amplitude);
+  };
+  // How far a trial is from the ending: 0 as asked; less than 0.5 if only its sound is amiss, else by the
+  // loudness of the hit that is too much.
   const auto flaw = [&](const Trial& t) {
-    if (ends_as_asked(t.passage, ending)) return 0.0;
+    if (ends_as_asked(t.passage, ending)) {
+      const double amiss = std::max(0.0, kLeastLogFactors - log_factors(t));
+      return 0.5 * amiss / (1.0 + amiss);
+    }
     if (!hits_at_all(t.passage)) return 1.0;
     return 0.5 +
            std::log1p(t.passage.onset.hit.approach_speed_m_s / problem.physics.hearing.audible_speed_m_s);
@@ -214,7 +222,7 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
     };
     const double spread = std::pow(0.6, round);  // about the best so far
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      if (std::isfinite(done[i].excess)) continue;
+      if (flaw(best[i]) == 0.0) continue;
       for (int j = 0; j < kScattered; ++j)
         add(trials, i, best[i].y + spread * random_change(largest_excess, random[i]));
     }
@@ -230,7 +238,9 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
     trials.insert(trials.end(), steps.begin(), steps.end());
     for (const Trial& t : trials) {
       if (flaw(t) < flaw(best[t.candidate])) best[t.candidate] = t;
-      if (flaw(t) == 0.0 && t.excess < done[t.candidate].excess) done[t.candidate] = t;
+      Trial& d = done[t.candidate];
+      if (ends_as_asked(t.passage, ending) && (!std::isfinite(d.excess) || log_factors(t) > log_factors(d)))
+        d = t;
     }
   }
   return done;

@@ -88,6 +88,13 @@ std::vector<Passage> Trials::follow(std::span<const Onset> onsets, std::size_t k
   return passages;
 }
 
+double Trial::log_factors(const Problem& problem, std::size_t k, double first_amplitude) const {
+  double sum = -excess + problem.log_sound(passage.event, k, first_amplitude);  // eq. 3
+  if (hits() && k + 1 < problem.marks.size())
+    sum += std::log(std::max(1e-300, time_factor(passage.interval_s, problem.target_s(k))));
+  return sum;
+}
+
 Vec6 random_change(double largest_excess, RandomStream& random) {
   Vec6 y;
   for (int i = 0; i < 6; ++i) y[i] = random.normal();

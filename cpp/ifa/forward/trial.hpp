@@ -23,6 +23,9 @@ struct Trial {
   double lateness_s = kNever;  // at the next mark; infinite where no hit came
 
   bool hits() const { return passage.next == Next::hit; }
+
+  // Log of all factors of the event k that it leaves and, where it hits, of the way to the next.
+  double log_factors(const Problem& problem, std::size_t k, double first_amplitude) const;
 };
 
 // Works on candidates of one body that are at one event.
