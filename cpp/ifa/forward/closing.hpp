@@ -43,10 +43,16 @@ struct Anchor {
 std::vector<Anchor> anchors_of(const std::vector<Closing>& closings, double target_s,
                                const Tolerance& tolerance);
 
-// More that come in time: `count` for each anchor, off to its side by up to `spread` of the region's radius
-// and back along its line. Some of them miss.
-std::vector<Trial> vary(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
-                        const Tolerance& tolerance, std::span<const Anchor> anchors, int count, double spread,
-                        std::span<RandomStream> random);
+// More that come in time: `count` for each anchor, off to its side and back along its line. Some of them
+// miss.
+std::vector<Anchor> vary(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
+                         const Tolerance& tolerance, std::span<const Anchor> anchors, int count,
+                         std::span<RandomStream> random);
+
+// More that come in time, and after an event k that lasts as long as its mark: about the best of each
+// candidate's, and where a linear model of the length says. Some of them miss.
+std::vector<Anchor> fit_length(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
+                               const Tolerance& tolerance, std::span<const Anchor> anchors,
+                               std::span<RandomStream> random);
 
 }  // namespace ifa

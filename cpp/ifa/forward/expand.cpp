@@ -9,11 +9,12 @@
 namespace ifa {
 namespace {
 
-constexpr int kScattered = 8;          // changes tried for a candidate in one round
-constexpr double kAside = 0.5;         // of the region's radius: how far variants lie apart
-constexpr double kSecondWeight = 0.3;  // of what is seen beyond the next mark, where changes will matter
-constexpr double kEdge = 0.99;         // of the region's radius: as far as a change goes along a line
-constexpr double kOvershoot = 1.2;     // beyond where the mark should be, so that it is enclosed
+constexpr std::size_t kLengthClosings = 3;  // root searches of the last event's length for a candidate
+constexpr int kScattered = 8;               // changes tried for a candidate in one round
+constexpr double kAside = 0.5;              // of the region's radius: how far variants lie apart
+constexpr double kSecondWeight = 0.3;       // of what is seen beyond the next mark, where changes will matter
+constexpr double kEdge = 0.99;              // of the region's radius: as far as a change goes along a line
+constexpr double kOvershoot = 1.2;          // beyond where the mark should be, so that it is enclosed
 
 bool hits_at_all(const Passage& passage) {
   return passage.next == Next::hit || passage.next == Next::dubious;
@@ -32,10 +33,6 @@ void for_each_candidate(std::span<const Trial> trials, std::size_t candidates, U
 }
 
 }  // namespace
-
-bool ends_as_asked(const Passage& passage, Ending ending) {
-  return passage.next != Next::dubious && (ending == Ending::open || passage.next == Next::rest);
-}
 
 std::vector<Trial> Expander::scatter(std::span<const Candidate> parents, std::size_t k,
                                      const ExpandOptions& options, std::span<RandomStream> random) {
@@ -88,10 +85,13 @@ void Expander::expand(std::span<const Candidate> parents, std::size_t first, std
   for (std::size_t t = 0; t < trials.size(); ++t)
     if (!used[t]) add(trials[t]);
   for (const Closing& c : closings) add(c.best);
-  const auto anchors = anchors_of(closings, trials_.problem().target_s(k), options.tolerance);
-  for (const Trial& t :
-       vary(trials_, parents, k, options.tolerance, anchors, options.variants, kAside, random))
-    add(t);
+  auto anchors = anchors_of(closings, trials_.problem().target_s(k), options.tolerance);
+  const auto varied = vary(trials_, parents, k, options.tolerance, anchors, options.variants, random);
+  for (const Anchor& a : varied) add(a.trial);
+  if (trials_.problem().marks.durations_s[k] > 0.0) {
+    anchors.insert(anchors.end(), varied.begin(), varied.end());
+    for (const Anchor& a : fit_length(trials_, parents, k, options.tolerance, anchors, random)) add(a.trial);
+  }
   look_ahead(std::span(children).subspan(begin), k + 1);
 }
 
@@ -109,7 +109,7 @@ void Expander::add_child(const Candidate& parent, std::size_t index, std::size_t
   const Problem& problem = trials_.problem();
   const Marks& marks = problem.marks;
   const Passage& passage = trial.passage;
-  if (passage.next != Next::hit || trial.excess > tolerance.excess) return;
+  if (!trial.meets || trial.excess > tolerance.excess) return;
   const double interval = passage.interval_s, target = problem.target_s(k);
   const double ratio = ratio_of(interval, target);
   if (ratio > 1.0 + tolerance.retime) return;
@@ -167,9 +167,11 @@ void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
     Candidate& c = candidates[i];
     const double miss1 = miss(passages[i], k);
     c.outlook = -0.5 * miss1 * miss1;
-    if (k > 0)
-      c.outlook +=
-          std::max(kLeastLogFactors, trials_.problem().log_sound(passages[i].event, k, c.first_amplitude));
+    if (k > 0) {
+      const double log_sound = trials_.problem().log_sound(passages[i].event, k, c.first_amplitude);
+      const double amiss = std::max(0.0, kLeastLogFactors - log_sound);  // a change may yet mend it
+      c.outlook += log_sound + amiss - std::log1p(amiss);
+    }
     if (k + 1 < marks.size()) {
       if (passages[i].next == Next::hit && std::abs(miss1) < 2.0) {
         of.push_back(i);
@@ -202,7 +204,7 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
   const auto flaw = [&](const Trial& t) {
     if (ends_as_asked(t.passage, ending)) {
       const double amiss = std::max(0.0, kLeastLogFactors - log_factors(t));
-      return 0.5 * amiss / (1.0 + amiss);
+      return 0.5 * std::min(1.0, 0.1 * std::log1p(amiss));
     }
     if (!hits_at_all(t.passage)) return 1.0;
     return 0.5 +
@@ -214,6 +216,14 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
     done[i].excess = kNever;
     best[i] = trials_.unchanged(candidates, i, k);
   }
+  const auto keep = [&](const Trial& t) {
+    if (flaw(t) < flaw(best[t.candidate])) best[t.candidate] = t;
+    Trial& d = done[t.candidate];
+    if (t.meets && (!std::isfinite(d.excess) || log_factors(t) > log_factors(d))) d = t;
+  };
+  std::vector<Trial> ended;  // for root searches of the length
+  for (const Trial& t : best)
+    if (t.meets) ended.push_back(t);
   for (int round = 0; round < rounds; ++round) {
     std::vector<Trial> trials;
     const auto add = [&](std::vector<Trial>& to, std::size_t i, Vec6 y) {
@@ -237,11 +247,16 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
     trials_.run(candidates, k, steps);
     trials.insert(trials.end(), steps.begin(), steps.end());
     for (const Trial& t : trials) {
-      if (flaw(t) < flaw(best[t.candidate])) best[t.candidate] = t;
-      Trial& d = done[t.candidate];
-      if (ends_as_asked(t.passage, ending) && (!std::isfinite(d.excess) || log_factors(t) > log_factors(d)))
-        d = t;
+      keep(t);
+      if (t.meets) ended.push_back(t);
     }
+  }
+  if (problem.marks.durations_s[k] > 0.0) {
+    std::vector<char> used(ended.size(), 0);
+    auto closings = enclose(problem, ended, candidates, k, kLengthClosings, used);
+    close_in(trials_, candidates, k, largest_excess, closings);
+    for (const Closing& c : closings)
+      if (c.best.meets) keep(c.best);
   }
   return done;
 }

@@ -54,7 +54,4 @@ class Expander {
   Trials trials_;
 };
 
-// Whether a passage that leaves the last event ends as the marks ask.
-bool ends_as_asked(const Passage& passage, Ending ending);
-
 }  // namespace ifa

@@ -18,12 +18,24 @@ double limit_s(const Problem& problem, const Body& body, std::size_t k, const St
   return stops ? kLongestRest_s : 0.0;
 }
 
-double lateness_s(const Problem& problem, std::size_t k, const Passage& passage) {
-  const bool hit = passage.next == Next::hit || passage.next == Next::dubious;
-  return hit && k + 1 < problem.marks.size() ? passage.interval_s - problem.target_s(k) : kNever;
+void judge(const Problem& problem, std::size_t k, Trial& trial) {
+  const Passage& passage = trial.passage;
+  trial.lateness_s = kNever;
+  if (k + 1 == problem.marks.size()) {
+    trial.meets = ends_as_asked(passage, problem.marks.ending);
+    if (trial.meets) trial.lateness_s = passage.event.length_s - problem.marks.durations_s[k];
+  } else {
+    trial.meets = passage.next == Next::hit;
+    if (trial.meets || passage.next == Next::dubious)
+      trial.lateness_s = passage.interval_s - problem.target_s(k);
+  }
 }
 
 }  // namespace
+
+bool ends_as_asked(const Passage& passage, Ending ending) {
+  return passage.next != Next::dubious && (ending == Ending::open || passage.next == Next::rest);
+}
 
 Trials::Trials(const Problem& problem, int body, const Progress* progress)
     : problem_(problem),
@@ -61,7 +73,7 @@ Trial Trials::unchanged(std::span<const Candidate> candidates, std::size_t index
   trial.candidate = index;
   trial.after = candidates[index].onset.after;
   trial.passage = *candidates[index].unchanged;
-  trial.lateness_s = lateness_s(problem_, k, trial.passage);
+  judge(problem_, k, trial);
   return trial;
 }
 
@@ -74,7 +86,7 @@ void Trials::run(std::span<const Candidate> candidates, std::size_t k, std::span
   passages_.run(departures_, arrivals_, progress_);
   for (std::size_t i = 0; i < trials.size(); ++i) {
     trials[i].passage = arrivals_[i];
-    trials[i].lateness_s = lateness_s(problem_, k, arrivals_[i]);
+    judge(problem_, k, trials[i]);
   }
 }
 
@@ -90,7 +102,7 @@ std::vector<Passage> Trials::follow(std::span<const Onset> onsets, std::size_t k
 
 double Trial::log_factors(const Problem& problem, std::size_t k, double first_amplitude) const {
   double sum = -excess + problem.log_sound(passage.event, k, first_amplitude);  // eq. 3
-  if (hits() && k + 1 < problem.marks.size())
+  if (meets && k + 1 < problem.marks.size())
     sum += std::log(std::max(1e-300, time_factor(passage.interval_s, problem.target_s(k))));
   return sum;
 }

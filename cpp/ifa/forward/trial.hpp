@@ -20,9 +20,10 @@ struct Trial {
   State after;
   double excess = 0.0;
   Passage passage;
-  double lateness_s = kNever;  // at the next mark; infinite where no hit came
-
-  bool hits() const { return passage.next == Next::hit; }
+  // At the next mark; of the last event, by how much it lasts longer than its mark. Infinite where no hit
+  // came, or the motion does not end as asked.
+  double lateness_s = kNever;
+  bool meets = false;  // a hit that can be told, or the ending as asked
 
   // Log of all factors of the event k that it leaves and, where it hits, of the way to the next.
   double log_factors(const Problem& problem, std::size_t k, double first_amplitude) const;
@@ -61,6 +62,9 @@ class Trials {
   std::vector<Departure> departures_;
   std::vector<Passage> arrivals_;
 };
+
+// Whether a passage that leaves the last event ends as the marks ask.
+bool ends_as_asked(const Passage& passage, Ending ending);
 
 // A random point of the ball in which |y|^2 is at most `largest_excess`, mild ones more often than evenly.
 Vec6 random_change(double largest_excess, RandomStream& random);
