@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <tuple>
 
 #include "ifa/base/parallel.hpp"
 #include "ifa/forward/expand.hpp"
@@ -145,8 +144,9 @@ class Search {
             add_leaf(chunks[c].from + t.candidate, {t.after, t.excess, 0.0}, t.passage.event);
     }
     std::stable_sort(beam_.leaves.begin(), beam_.leaves.end(), [](const Leaf& a, const Leaf& b) {
-      return std::tuple(a.violations, a.stretched, -a.log_weight) <
-             std::tuple(b.violations, b.stretched, -b.log_weight);
+      if (a.violations != b.violations) return a.violations < b.violations;
+      if (a.violations == 0 && a.stretched != b.stretched) return a.stretched < b.stretched;
+      return a.log_weight > b.log_weight;
     });
   }
 

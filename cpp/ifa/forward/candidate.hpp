@@ -29,6 +29,10 @@ struct Problem {
   const SearchPhysics& physics;
   const Marks& marks;
 
+  // How fast a body can travel after event k and still come to rest at the last mark's end, about: what
+  // friction takes in the contacts that are marked. Infinite where contact may go on in silence.
+  double travel_budget_m_s(int body, std::size_t k) const;
+
   // Of the event that a candidate at mark k leaves: log f_a f_l f_c.
   double log_sound(const Event& event, std::size_t k, double first_amplitude) const {
     return log_product(sound_factors(event, marks, k, k == 0 ? event.amplitude : first_amplitude));

@@ -180,6 +180,11 @@ void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
         c.outlook -= kSecondWeight * 2.0;
       }
     }
+    constexpr double kTooFast = 0.3;
+    const double travel = c.onset.after.velocity.head<2>().norm();
+    const double too_fast =
+        std::max(0.0, travel / trials_.problem().travel_budget_m_s(trials_.body_index(), k) - 1.0) / kTooFast;
+    c.outlook -= 0.5 * too_fast * too_fast;
     c.unchanged = std::make_shared<const Passage>(std::move(passages[i]));
   }
   if (k + 1 >= marks.size()) return;

@@ -194,6 +194,8 @@ void begin_candidates(const Problem& problem, int body_index, Passages& passages
     if (any && !single) {
       if (speed == 0.0) continue;
       s.velocity = speed * t.heading;
+      constexpr double kTooFast = 2.0;  // the first impact takes some
+      if (s.velocity.head<2>().norm() > kTooFast * problem.travel_budget_m_s(body_index, 0)) continue;
       if (clear_before(body, s, gravity, start.clear_s) < start.clear_s) continue;
     }
     states.push_back(s);
