@@ -18,6 +18,7 @@ struct Rung {
 };
 constexpr Rung kLadder[] = {{40, 3}, {120, 3}, {360, 3}, {1080, 3}, {3240, 3}};
 
+constexpr double kMost = 0.8;
 constexpr int kMostSearches = 12;  // of one rung, for the takes that the first one lacks
 
 void check(const SolveOptions& options) {
@@ -106,7 +107,7 @@ class Solver {
       const double rung_began = seconds_gone();
       if (rung > first) {
         const double more = static_cast<double>(kLadder[rung].beam) / kLadder[rung - 1].beam;
-        if (rung_began + 0.5 * more * rung_s > options_.time_budget_s) return;
+        if (rung_began + kMost * more * rung_s > options_.time_budget_s) return;
       }
       Progress part(progress_, (rung - first) / parts, (rung - first + 1) / parts);
       Beam beam = search_beam(problem(), beam_options(rung), &part);

@@ -177,6 +177,7 @@ void begin_candidates(const Problem& problem, int body_index, Passages& passages
   const bool single = marks.size() == 1;
   std::vector<Throw> throws;
   for (RandomStream& r : random) {
+    if (progress) progress->throw_if_cancelled();
     const auto sampled = single && marks.ending == Ending::rest
                              ? sample_touchdown(body, problem.physics, start, r)
                              : sample_start(body, problem.physics, start, r);
