@@ -16,6 +16,7 @@ constexpr std::size_t kStartsPerState = 12;
 constexpr std::size_t kStartChunk = 32, kChunk = 16;  // what one thread takes at once
 constexpr std::size_t kBatches = 4;
 constexpr int kVariants = 4;
+constexpr std::size_t kFewTracked = 6;  // children that keep to a known motion
 constexpr int kFinishRounds = 4;
 constexpr int kRounds = 3;       // of plausible proposals for a level, at most
 constexpr int kLooseRounds = 2;  // of those beyond, where too few are plausible
@@ -256,6 +257,52 @@ Found trace(const Beam& beam, int candidate, const Leave& leave) {
 }
 
 }  // namespace
+
+Beam track_beam(const Problem& problem, const BeamOptions& options, Progress* progress, const Beam& kept,
+                std::size_t same) {
+  Beam beam;
+  const std::size_t n = problem.marks.size();
+  if (kept.leaves.empty() || kept.levels.size() != n || same == 0) return beam;
+  const Leaf& leaf = kept.leaves.front();
+  const Found known = trace(kept, leaf);
+  std::vector<int> way(n);  // the candidates it goes through
+  way[n - 1] = leaf.candidate;
+  for (std::size_t k = n - 1; k > 0; --k)
+    way[k - 1] = kept.levels[k].candidates[static_cast<std::size_t>(way[k])].parent;
+
+  beam.levels.assign(kept.levels.begin(), kept.levels.begin() + static_cast<std::ptrdiff_t>(same));
+  Expander expander(problem, known.body, progress);
+  std::size_t from = static_cast<std::size_t>(way[same - 1]), count = 1;
+  for (std::size_t k = same - 1; k + 1 < n; ++k) {
+    std::vector<RandomStream> random;
+    for (std::size_t i = 0; i < count; ++i)
+      random.emplace_back(options.seed, (static_cast<std::uint64_t>(k + 1) << 48) | i);
+    std::vector<Candidate> parents(
+        beam.levels[k].candidates.begin() + static_cast<std::ptrdiff_t>(from),
+        beam.levels[k].candidates.begin() + static_cast<std::ptrdiff_t>(from + count));
+    if (k + 1 == same) expander.look_ahead(parents, k);  // which was forgotten
+    Level next;
+    expander.track(parents, from, k, known.links[k], known.links[k + 1].onset, random, next.candidates);
+    if (next.candidates.size() < kFewTracked) {  // about to be lost: what else comes in time?
+      const ExpandOptions how{options.proposals, kVariants, kPlausible, true};
+      expander.expand(parents, from, k, how, random, next.candidates);
+      next = select(std::move(next.candidates), problem, static_cast<std::size_t>(options.beam), 1, false);
+    }
+    if (next.candidates.empty()) break;
+    from = 0;
+    count = next.candidates.size();
+    next.batch_ends = {count};
+    beam.levels.push_back(std::move(next));
+  }
+  if (beam.levels.size() == same && same < n) return beam;
+  Search search(problem, options, progress, beam);
+  if (same == n) search.look_again();  // the ending may be another one
+  for (std::size_t k = beam.levels.size() - 1; k + 1 < n && beam.levels.size() == k + 1; ++k)
+    search.advance(k);
+  if (beam.levels.size() == n) search.finish();
+  beam.simulated_s += expander.simulated_s();
+  return beam;
+}
 
 Found trace(const Beam& beam, const Leaf& leaf) {
   Found found = trace(beam, leaf.candidate, leaf.leave);

@@ -48,6 +48,12 @@ struct Leave {
   double interval_s = 0.0;  // to the next event, simulated
 };
 
+// One event of a found motion.
+struct Link {
+  Onset onset;
+  Leave leave;
+};
+
 struct Candidate {
   Onset onset;
   int parent = -1, start = -1;  // indices at the level before, and at the first

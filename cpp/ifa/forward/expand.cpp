@@ -5,6 +5,7 @@
 
 #include "ifa/forward/closing.hpp"
 #include "ifa/forward/steepest.hpp"
+#include "ifa/forward/track.hpp"
 
 namespace ifa {
 namespace {
@@ -100,6 +101,15 @@ void Expander::follow(std::span<const Candidate> parents, std::size_t first, std
   const std::size_t begin = children.size();
   for (std::size_t i = 0; i < parents.size(); ++i)
     add_child(parents[i], first + i, k, kPlausible, trials_.unchanged(parents, i, k), children);
+  look_ahead(std::span(children).subspan(begin), k + 1);
+}
+
+void Expander::track(std::span<const Candidate> parents, std::size_t first, std::size_t k, const Link& link,
+                     const Onset& wanted, std::span<RandomStream> random, std::vector<Candidate>& children) {
+  const std::size_t begin = children.size();
+  const Vec6 y = trials_.change(link.onset, link.leave.after);
+  for (const Trial& t : ifa::track(trials_, parents, k, wanted, y, random))
+    add_child(parents[t.candidate], first + t.candidate, k, kPlausible, t, children);
   look_ahead(std::span(children).subspan(begin), k + 1);
 }
 

@@ -47,9 +47,7 @@ Trials::Trials(const Problem& problem, int body, const Progress* progress)
 std::optional<Trial> Trials::propose(std::span<const Candidate> candidates, std::size_t index, const Vec6& y,
                                      double largest_excess) const {
   const Onset& onset = candidates[index].onset;
-  const PlausibleRegion region(onset.after.velocity - onset.before.velocity,
-                               onset.after.angular_velocity - onset.before.angular_velocity,
-                               body_.bounding_radius_m());
+  const PlausibleRegion region = this->region(onset);
   Trial trial;
   trial.candidate = index;
   trial.y = y;
@@ -66,6 +64,17 @@ std::optional<Trial> Trials::propose(std::span<const Candidate> candidates, std:
       kinetic_energy(body_, onset.before) + problem_.physics.energy_gain_j)
     return std::nullopt;
   return trial;
+}
+
+PlausibleRegion Trials::region(const Onset& onset) const {
+  return PlausibleRegion(onset.after.velocity - onset.before.velocity,
+                         onset.after.angular_velocity - onset.before.angular_velocity,
+                         body_.bounding_radius_m());
+}
+
+Vec6 Trials::change(const Onset& onset, const State& after) const {
+  return region(onset).coordinates(after.velocity - onset.after.velocity,
+                                   after.angular_velocity - onset.after.angular_velocity);
 }
 
 Trial Trials::unchanged(std::span<const Candidate> candidates, std::size_t index, std::size_t k) const {

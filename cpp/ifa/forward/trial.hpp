@@ -39,6 +39,9 @@ class Trials {
   std::optional<Trial> propose(std::span<const Candidate> candidates, std::size_t index, const Vec6& y,
                                double largest_excess) const;
 
+  // The change that leaves `onset` with `after`.
+  Vec6 change(const Onset& onset, const State& after) const;
+
   // What look_ahead has seen.
   Trial unchanged(std::span<const Candidate> candidates, std::size_t index, std::size_t k) const;
 
@@ -54,6 +57,8 @@ class Trials {
   Passages& passages() { return passages_; }
 
  private:
+  PlausibleRegion region(const Onset& onset) const;
+
   const Problem& problem_;
   int body_index_;
   const Body& body_;
