@@ -59,9 +59,9 @@ TEST(SignatureOf, AnEventThatFollowsAChainAtOnceIsValid) {
 
 TEST(SignatureOf, HearingIsAnOption) {
   const auto run = run_of({hit(0.0, 1.0, 0.2), hit(0.02, 1.0, 0.1), hit(0.04, 1.0, 0.2)});
-  EXPECT_EQ(signature_of(run, {0.05, 0.010}).times_s, (std::vector{0.0, 0.02, 0.04}));
-  EXPECT_EQ(signature_of(run, {0.05, 0.030}).times_s, (std::vector{0.0}));
-  EXPECT_EQ(signature_of(run, {0.15, 0.010}).times_s, (std::vector{0.0, 0.04}));
+  EXPECT_EQ(signature_of(run, {Events::audible, 0.05, 0.010}).times_s, (std::vector{0.0, 0.02, 0.04}));
+  EXPECT_EQ(signature_of(run, {Events::audible, 0.05, 0.030}).times_s, (std::vector{0.0}));
+  EXPECT_EQ(signature_of(run, {Events::audible, 0.15, 0.010}).times_s, (std::vector{0.0, 0.04}));
 }
 
 TEST(SignatureOf, EndsInRestWhereTheRunDoes) {
