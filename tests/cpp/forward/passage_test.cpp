@@ -282,10 +282,11 @@ TEST(Passages, BallsShortcutBoundsItsRest) {
       Record record;
       const Passage watched = record_passage(ball, physics, departure, record);
       const Passage taken = run_one(passages, departure);
-      if (watched.next != Next::rest || taken.next != Next::rest) {
-        EXPECT_NE(taken.next, Next::hit);
+      if (watched.next != Next::rest) {  // it bounces on
+        EXPECT_EQ(taken.next, watched.next);
         continue;
       }
+      ASSERT_EQ(taken.next, Next::rest);
       ++rested;
       EXPECT_LT(taken.interval_s, watched.interval_s);  // that is the point of it
       // Rest begins below a speed, not at 0: the bound is never tight.
@@ -445,11 +446,16 @@ TEST(Passages, ContactEventsAreIntervalsOfContact) {
         const Passage passage = run_one(passages, {onset.hit, onset.after, 0.0, kNever});
         EXPECT_EQ(passage.event.hits, interval.hits) << s.name << i << " event " << k;
         const bool last = k + 1 == intervals.size();
-        // Starting anew rounds times by 1e-16, raised a few times at each impact. Rest is told to two steps,
-        // during which the ground bears the weight.
+        // Starting anew rounds times by 1e-16, raised a few times at each impact; rest is told to two steps.
         const double off_s = last ? 2e-3 : 1e-9;
-        const double off_n_s =
-            off_s * s.body.mass_kg() * sample::kGravity + 1e-6 * std::sqrt(interval.squares);
+        // Holding its points on the ground may push a body a tenth of a micrometre in a step of a
+        // millisecond.
+        constexpr double kPushed_m_s = 1e-4;
+        // A landing slower than 0.01 m/s within sustained contact has no load of its own and shows in the
+        // momentum alone; a wobbling coin has many.
+        const double off_n_s = off_s * s.body.mass_kg() * sample::kGravity +
+                               (s.name == "coin" ? 2e-2 : 2e-3) * interval.pressed +
+                               kPushed_m_s * s.body.mass_kg() + 1e-6 * std::sqrt(interval.squares);
         const double length = interval.end_s - interval.begin_s;
         if (std::abs(length - physics.hearing.merge_gap_s) > off_s) {
           EXPECT_NEAR(passage.event.length_s, length < physics.hearing.merge_gap_s ? 0.0 : length, off_s)

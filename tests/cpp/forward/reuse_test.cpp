@@ -35,19 +35,21 @@ TEST(Reuse, ANudgedMarkIsMetWithLessWork) {
   const Marks marks = long_roll();
   const Solution first = solve_forward(body, marks, first_rung(), nullptr);
   ASSERT_TRUE(first.plausible);
-  int plausible = 0;
+  int moves = 0, plausible = 0, less = 0;
   for (std::size_t k = 1; k < marks.size(); ++k) {
-    const Marks moved = nudged(marks, k, 0.004);
+    const Marks moved = nudged(marks, k, 0.002);
+    if (k + 1 < marks.size() && moved.times_s[k + 1] - moved.times_s[k] < kMergeGap_s) continue;
+    ++moves;
     const Solution again = solve_forward(body, moved, reusing(first), nullptr);
     expect_honest(body, moved, again);
     plausible += again.plausible;
     for (const int threads : {1, 3})
       expect_same_bytes(again, solve_forward(body, moved, reusing(first, 0, threads), nullptr));
-    if (again.plausible && again.rung == 0) {
-      EXPECT_LT(again.simulated_s, first.simulated_s) << k;
-    }
+    less += again.simulated_s < first.simulated_s;
   }
-  EXPECT_GE(plausible, static_cast<int>(marks.size()) - 2);  // 4 ms may be too much for a short gap
+  ASSERT_GE(moves, 4);
+  EXPECT_GE(plausible, moves - 1);
+  EXPECT_GE(less, moves - 2);  // nudging the second mark saves little
 }
 
 TEST(Reuse, OfTheSameMarksIsPlausibleAgain) {

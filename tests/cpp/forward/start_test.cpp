@@ -111,9 +111,17 @@ TEST(BeginCandidates, OfABallFallAsFastAsTheGapAsks) {
   constexpr double kGap_s = 0.25;
   const double speed = 0.5 * sample::kGravity * kGap_s / 0.5;
   const auto candidates = begun(ball, marks_at({0.2, 0.2 + kGap_s}, Ending::open));
-  EXPECT_GT(candidates.size(), 30u);
-  for (const Candidate& c : candidates)  // in time to 1e-5 s
-    EXPECT_NEAR(c.onset.before.velocity.z(), -speed, 1e-5 * sample::kGravity);
+  int in_time = 0;
+  for (const Candidate& c : candidates) {
+    const Vec3& v = c.onset.before.velocity;
+    if (v.norm() > 4.0 - 1e-12) {  // the fastest throw along its heading, and still too flat
+      EXPECT_GT(v.z(), -speed);
+    } else {
+      EXPECT_NEAR(v.z(), -speed, 1e-5 * sample::kGravity);  // in time to 1e-5 s
+      ++in_time;
+    }
+  }
+  EXPECT_GT(in_time, 30);
 }
 
 }  // namespace
