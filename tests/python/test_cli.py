@@ -236,7 +236,7 @@ BAD = {
     "no threads": (["d6", "marks.txt", "--threads", "0"], "1 to 4096, or None"),
     "energy": (["d6", "marks.txt", "--energy-gain", "-1"], "energy"),
     "method": (["d6", "marks.txt", "--method", "graph"], "graph"),
-    "events": (["d6", "marks.txt", "--events", "contact"], "contact"),
+    "events": (["d6", "marks.txt", "--events", "heard"], "heard"),
     "density of a library body": (["d6", "marks.txt", "--density", "900"], "density"),
     "density and mass": (["cube.obj", "marks.txt", "--density", "9", "--mass", "1"], "density"),
     "unit": (["cube.obj", "marks.txt", "--unit", "parsec"], "parsec"),

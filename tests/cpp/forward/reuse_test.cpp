@@ -88,6 +88,19 @@ TEST(Reuse, GoesOnThroughAnEditingSession) {
   edit(marks);
 }
 
+// A search that came to its end too early leaves what it reached to the one that is asked less.
+TEST(Reuse, GoesOnFromASearchThatFailed) {
+  const Body ball = sample::ball(0.02, 0.03, {0.4, 0.3, 1e-3, 1e-3});
+  const Marks beyond_reach = marks_at({0.2, 0.3, 0.8}, Ending::open);
+  const Solution failed = solve_forward(ball, beyond_reach, first_rung(), nullptr);
+  ASSERT_EQ(failed.missed_hits, 1);
+  const Marks within = marks_at({0.2, 0.3, 0.345}, Ending::open);
+  const Solution s = solve_forward(ball, within, reusing(failed), nullptr);
+  expect_honest(ball, within, s);
+  EXPECT_TRUE(s.plausible);
+  EXPECT_LT(s.simulated_s, failed.simulated_s);
+}
+
 TEST(Reuse, AfterChangingTheFirstMarkIsAFreshSolve) {
   const Body body = cube();
   const Marks marks = of_a_throw(body, 1, 5);
