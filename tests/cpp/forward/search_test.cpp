@@ -1,132 +1,24 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <cstring>
-#include <numeric>
 #include <thread>
 
 #include "ifa/base/error.hpp"
 #include "ifa/forward/report.hpp"
-#include "ifa/forward/solve.hpp"
-#include "sample_bodies.hpp"
+#include "ifa/forward/trial.hpp"
+#include "solutions.hpp"
 
 namespace ifa {
 namespace {
 
-Body cube() { return sample::box({0.016, 0.016, 0.016}, 0.005); }
-
-Marks marks_at(std::vector<double> times, Ending ending = Ending::rest) {
-  Marks m;
-  m.durations_s.assign(times.size(), 0.0);
-  m.centroids_s.assign(times.size(), std::nan(""));
-  m.times_s = std::move(times);
-  m.ending = ending;
-  return m;
-}
-
-// Of a throw: when its audible hits came, those less than 10 ms after another left out. The body comes to
-// rest after the last of them, so some motion meets the marks exactly.
-Marks of_a_throw(const Body& body, std::uint64_t seed, std::size_t most) {
-  for (std::uint64_t i = 0;; ++i) {
-    RandomStream random(seed, i);
-    State s = sample::random_state(body, random, 0.0, 1.5, 20.0);
-    s.velocity.z() = -random.uniform(0.5, 1.5);
-    const auto run = simulate(body, s, {}, 60.0);
-    Marks marks = marks_at({});
-    double last = -1.0;
-    bool clear = run.status == RunStatus::rest;
-    for (const Hit& hit : run.hits) {
-      clear &= std::abs(hit.approach_speed_m_s / 0.05 - 1.0) > 0.06;
-      if (hit.approach_speed_m_s < 0.05) continue;
-      if (hit.time_s - last >= 0.010) {
-        marks.times_s.push_back(0.25 + hit.time_s);
-        marks.amplitudes.push_back(hit.impulse_n_s.norm());
-      }
-      last = hit.time_s;
-    }
-    marks.durations_s.assign(marks.size(), 0.0);
-    marks.centroids_s.assign(marks.size(), std::nan(""));
-    if (clear && marks.size() >= 3 && marks.size() <= most) return marks;
-  }
-}
-
-// What must hold of any solution, from its motion alone.
-void expect_honest(const Body& body, const Marks& marks, const Solution& s) {
-  ASSERT_EQ(s.events.size(), marks.size());
-  // Its own hits: each mark is met by the first of a chain, and nothing else sounds.
-  std::vector<double> onsets;
-  double last = -1e9;
-  for (const Hit& hit : s.motion->hits()) {
-    if (hit.approach_speed_m_s < 0.05) continue;
-    // chains are judged before retiming
-    const double simulated = s.motion->time().to_simulated(hit.time_s);
-    if (simulated - last >= 0.010) onsets.push_back(hit.time_s);
-    last = simulated;
-  }
-  double sum = 0.0;
-  for (std::size_t k = 0; k < marks.size(); ++k) {
-    const EventReport& e = s.events[k];
-    EXPECT_EQ(e.target_s, marks.times_s[k]);
-    if (k > 0 && e.factors.time > 0.0) {  // met
-      const double target = marks.times_s[k] - marks.times_s[k - 1];
-      EXPECT_NEAR(e.retime, target / (target + e.error_s), 1e-12);
-      EXPECT_NEAR(e.factors.time, time_factor(target + e.error_s, target), 1e-12);
-    }
-    EXPECT_EQ(e.factors.orientation, 1.0);  // nothing is spliced
-    for (const double f :
-         {e.factors.velocity, e.factors.time, e.factors.amplitude, e.factors.length, e.factors.centroid}) {
-      EXPECT_TRUE(f >= 0.0 && f <= 1.0);
-      sum += std::log(std::max(f, 1e-300));  // as the Score has it
-    }
-  }
-  EXPECT_NEAR(s.score, std::exp(sum / (6.0 * static_cast<double>(marks.size()))), 1e-12);
-  if (s.succeeded) {
-    ASSERT_EQ(onsets.size(), marks.size());
-    for (std::size_t k = 0; k < marks.size(); ++k) {
-      EXPECT_NEAR(onsets[k], marks.times_s[k], 1e-9);  // retimed to the mark; rounding only
-      EXPECT_TRUE(s.events[k].retime <= 1.3 && s.events[k].retime >= 1.0 / 1.3);
-    }
-    EXPECT_EQ(s.missed_hits + s.extra_hits, 0);
-    EXPECT_GE(s.score, 0.3);
-    for (const State& now : s.motion->sample(s.motion->dense_times()))
-      EXPECT_GT(sample::lowest(body, now), -1e-4);
-    if (marks.ending == Ending::rest) {
-      const State before = s.motion->sample({s.motion->end_s() - 0.05})[0];
-      const State end = s.motion->sample({s.motion->end_s()})[0];
-      EXPECT_LT((end.position - before.position).norm(), 0.05 * 0.01);  // slower than 0.01 m/s
-      EXPECT_GT((end.orientation.conjugate() * kUp).cwiseAbs().maxCoeff(), 1.0 - 1e-6);  // on a face
-    }
-  }
-  if (s.plausible) {
-    EXPECT_TRUE(s.succeeded);
-    for (const EventReport& e : s.events) {
-      EXPECT_LE(e.excess, 1.0 + 1e-9);
-      EXPECT_TRUE(e.retime <= 1.07 + 1e-9 && 1.0 / e.retime <= 1.07 + 1e-9);
-    }
-  }
-}
-
-void expect_same_bytes(const Solution& a, const Solution& b) {
-  const auto times = a.motion->dense_times();
-  ASSERT_EQ(times, b.motion->dense_times());
-  const auto sa = a.motion->sample(times), sb = b.motion->sample(times);
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    ASSERT_EQ(std::memcmp(sa[i].position.data(), sb[i].position.data(), 3 * sizeof(double)), 0);
-    ASSERT_EQ(
-        std::memcmp(sa[i].orientation.coeffs().data(), sb[i].orientation.coeffs().data(), 4 * sizeof(double)),
-        0);
-  }
-  EXPECT_EQ(a.score, b.score);
-  EXPECT_EQ(a.simulated_s, b.simulated_s);
-}
-
-SolveOptions first_rung(std::uint64_t seed = 0, int threads = 2) {
-  SolveOptions o;
-  o.rung = 0;
-  o.seed = seed;
-  o.threads = threads;
-  return o;
-}
+using sample::cube;
+using sample::expect_honest;
+using sample::expect_same_bytes;
+using sample::first_rung;
+using sample::marks_at;
+using sample::of_a_throw;
 
 TEST(Search, MeetsTheMarksOfAThrow) {
   const Body body = cube();
@@ -275,10 +167,67 @@ TEST(Search, CancelStopsIt) {
   other.join();
 }
 
-TEST(Search, ProgressEndsAtOne) {
+TEST(Search, ProgressRisesToOne) {
+  const Body body = cube();
+  const Marks marks = of_a_throw(body, 2, 6);
   Progress progress;
-  solve_forward(cube(), marks_at({0.3, 0.45}, Ending::open), first_rung(), &progress);
+  std::atomic<bool> done = false;
+  std::vector<double> seen;
+  std::thread watcher([&] {
+    while (!done.load()) {
+      const double now = progress.fraction();
+      if (seen.empty() || now != seen.back()) seen.push_back(now);
+      std::this_thread::yield();
+    }
+  });
+  solve_forward(body, marks, first_rung(), &progress);
   EXPECT_EQ(progress.fraction(), 1.0);
+  done = true;
+  watcher.join();
+  EXPECT_TRUE(std::ranges::is_sorted(seen));
+}
+
+// A motion begins so long before the first mark as asked, with flight backwards from it, but not with the
+// contact before, nor (0.1 s aside) before the sound. What comes after does not depend on it.
+TEST(Search, LeadInIsAsLongAsAskedOrClear) {
+  const Body body = cube();
+  const auto clear_until = [&](const Motion& motion) {  // just before it began: is the ground near?
+    const Node& first = motion.nodes().front();
+    State reversed = first.state;
+    reversed.velocity = -reversed.velocity;
+    reversed.angular_velocity = -reversed.angular_velocity;
+    Flight flight(body);
+    flight.start(reversed, sample::downwards());
+    return flight.next_contact(10.0);
+  };
+  int short_of_it = 0;
+  for (const double first_s : {0.02, 0.3, 3.0}) {
+    const Marks marks = marks_at({first_s, first_s + 0.12, first_s + 0.2}, Ending::open);
+    std::vector<Solution> solutions;
+    for (const double lead_in_s : {0.01, 0.1, 0.5, 2.5}) {
+      SolveOptions options = first_rung();
+      options.lead_in_s = lead_in_s;
+      const Solution s = solve_forward(body, marks, options, nullptr);
+      expect_honest(body, marks, s);
+      const double wanted = std::min(lead_in_s, std::max(first_s, 0.1));
+      const double lead = marks.times_s[0] - s.motion->start_s();
+      EXPECT_LE(lead, wanted + 1e-12);
+      if (lead < wanted - 1e-12) {
+        ++short_of_it;
+        EXPECT_LT(clear_until(*s.motion), 2e-3 * (lead + 0.01));  // a thousandth of the lead is left
+      }
+      EXPECT_EQ(s.motion->nodes().front().phase, Phase::flight);
+      for (const double t : {marks.times_s[0], marks.times_s[1], s.motion->end_s()}) {
+        const State here = s.motion->sample({t})[0];
+        if (solutions.empty()) continue;
+        const State there = solutions.front().motion->sample({t})[0];
+        EXPECT_EQ(here.position, there.position);
+        EXPECT_EQ(here.velocity, there.velocity);
+      }
+      solutions.push_back(s);
+    }
+  }
+  EXPECT_GT(short_of_it, 0);
 }
 
 TEST(Search, BadOptionsAreNamed) {
@@ -304,6 +253,14 @@ TEST(Search, BadOptionsAreNamed) {
   o = first_rung();
   o.rung = rung_count();
   EXPECT_EQ(message(o, marks).rfind("rung:", 0), 0u);
+  o = first_rung();
+  o.takes = 0;
+  EXPECT_EQ(message(o, marks).rfind("takes:", 0), 0u);
+  for (const double lead_in_s : {0.0, -1.0, std::nan("")}) {
+    o = first_rung();
+    o.lead_in_s = lead_in_s;
+    EXPECT_EQ(message(o, marks).rfind("lead_in_s:", 0), 0u);
+  }
   EXPECT_NE(message(first_rung(), marks_at({0.3, 0.305})).find("mark 2"), std::string::npos);
   EXPECT_NE(message(first_rung(), marks_at({})).find("mark"), std::string::npos);
 }

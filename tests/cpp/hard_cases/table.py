@@ -25,6 +25,7 @@ EXPECTED = {
     21: "any yaw: the same motion, turned",
     22: "quaternion log: round trip, shortest arc, the same for q and -q",
     25: "1e5 impacts: ends, or stops at the limit; a rimless wheel at McGeer's speed",
+    26: "one mark, 1 us apart, 500, a 60 s pause, out of order, NaN: solved, or an error naming it",
 }
 HELD = re.compile(r"\[ +held +\] (\S+) \| (.+) \| asked (\S+) \| held (\S+)")
 RESULT = re.compile(r"Test +#\d+: (?:hard_cases|base)\.(\S+) \.+ *(?:\*+)? *(Passed|Failed|\S+)")
