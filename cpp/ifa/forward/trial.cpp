@@ -15,7 +15,11 @@ double limit_s(const Problem& problem, const Body& body, std::size_t k, const St
   // Without friction what slides never stops, and is not worth watching.
   const bool stops = body.material().friction > 0.0 ||
                      after.velocity.head<2>().norm() < problem.physics.simulation.rest_speed_m_s;
-  return stops ? kLongestRest_s : 0.0;
+  if (!stops) return 0.0;
+  // A contact that goes on longer than its mark has no length factor left (eq. 7: 0.1 s costs all of it).
+  constexpr double kLonger_s = 1.0;
+  const bool contact = problem.physics.hearing.events == Events::contact;
+  return contact ? problem.marks.durations_s[k] + kLonger_s : kLongestRest_s;
 }
 
 void judge(const Problem& problem, std::size_t k, Trial& trial) {
