@@ -17,7 +17,7 @@ namespace {
 struct Rung {
   int beam, proposals;
 };
-constexpr Rung kLadder[] = {{40, 3}, {120, 3}, {360, 3}, {1080, 3}, {3240, 3}};
+constexpr Rung kLadder[] = {{40, 3}, {120, 3}, {360, 3}, {1080, 3}, {2160, 3}};
 
 constexpr int kTrackedRungs = 1;   // while a known motion is kept to
 constexpr int kMostSearches = 12;  // of one rung, for the takes that the first one lacks
