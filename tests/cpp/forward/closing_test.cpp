@@ -172,6 +172,25 @@ TEST_F(BallAtItsFirstMark, VariantsAreInTimeAndWithinTheRegion) {
   }
 }
 
+// From near the edge of the region most ways aside lead out of it; they are cut short there.
+TEST_F(BallAtItsFirstMark, VariantsOfAnAnchorAtTheEdgeStayWithin) {
+  Vec6 y = Vec6::Zero();
+  y[0] = (0.5 * sample::kGravity * target_s() - 1.0) / kHalfHeight_m_s;
+  y[1] = y[4] = 0.67;
+  const std::vector<Anchor> anchors{
+      {tried(y), Vec6(Vec6::Unit(0)), 2.0 / sample::kGravity * kHalfHeight_m_s}};
+  ASSERT_GT(y.norm(), 0.95);
+  std::vector<RandomStream> random{{25, 0}, {25, 1}};
+  const auto variants = vary(trials_, candidates_, 0, kPlausible, anchors, 200, 0.5, random);
+  int at_edge = 0;
+  for (const Trial& v : variants) {
+    EXPECT_LE(v.excess, 1.0);
+    EXPECT_LE(v.y.norm(), 0.98 + 1e-12);
+    at_edge += v.y.norm() > 0.98 - 1e-12;
+  }
+  EXPECT_GT(at_edge, 20);
+}
+
 // Trials made up: each candidate's early and late ones, mildest with mildest.
 TEST(Enclose, PairsTheMildestEarlyAndLateOfEachCandidate) {
   constexpr double kTarget_s = 0.2;

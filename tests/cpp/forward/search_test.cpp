@@ -23,7 +23,7 @@ using sample::of_a_throw;
 TEST(Search, MeetsTheMarksOfAThrow) {
   const Body body = cube();
   int succeeded = 0;
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Marks marks = of_a_throw(body, seed, 6);
     try {
       const Solution s = solve_forward(body, marks, first_rung(), nullptr);
@@ -36,7 +36,7 @@ TEST(Search, MeetsTheMarksOfAThrow) {
     } catch (const NoMotionError&) {  // the smallest beam may miss one
     }
   }
-  EXPECT_GE(succeeded, 3);  // each has a motion by construction
+  EXPECT_GE(succeeded, 14);  // each has a motion by construction
 }
 
 TEST(Search, SameBytesForAnyNumberOfThreadsAndAgain) {
