@@ -118,7 +118,11 @@ class TestReuse:
 
     def test_of_another_body_or_of_a_take_is_an_error(self, die):
         before = ifa.solve(die, TOSS, rung=0, takes=2)
-        for body in (die.replace(restitution=0.3), die.replace(mass_kg=0.006), ifa.bodies.get("d8")):
+        for body in (
+            die.replace(restitution=0.3),
+            die.replace(mass_kg=0.006),
+            ifa.bodies.get("d8"),
+        ):
             with pytest.raises(ifa.IfaValueError, match=r"^reuse:"):
                 ifa.solve(body, TOSS, rung=0, reuse=before)
         with pytest.raises(ifa.IfaValueError, match=r"^reuse:.*takes"):
