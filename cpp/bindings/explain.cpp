@@ -78,13 +78,14 @@ void bind_explain(py::module_& m) {
       "explain",
       [](const Body& body, const Marks& marks, const std::optional<py::dict>& solution, double merge_gap_s,
          std::uint64_t seed, double time_budget_s, int threads, bool fit_material, double energy_gain_j,
-         const std::shared_ptr<Progress>& progress) {
+         bool contact, const std::shared_ptr<Progress>& progress) {
         SolveOptions options;
         options.seed = seed;
         options.time_budget_s = time_budget_s;
         options.threads = threads;
         options.fit_material = fit_material;
         options.energy_gain_j = energy_gain_j;
+        options.events = contact ? Events::contact : Events::audible;
         std::optional<Solution> known;
         if (solution) known = to_solution(*solution);
         const auto work = [&](Progress* p) {
@@ -94,7 +95,7 @@ void bind_explain(py::module_& m) {
       },
       py::arg("body"), py::arg("marks"), py::kw_only(), py::arg("solution"), py::arg("merge_gap_s"),
       py::arg("seed"), py::arg("time_budget_s"), py::arg("threads"), py::arg("fit_material"),
-      py::arg("energy_gain_j"), py::arg("progress"));
+      py::arg("energy_gain_j"), py::arg("contact"), py::arg("progress"));
 }
 
 }  // namespace ifa::bindings

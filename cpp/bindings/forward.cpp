@@ -126,8 +126,8 @@ void bind_forward(py::module_& m) {
         return from_solution(run_interruptible<Solution>(progress, work));
       },
       py::arg("body"), py::arg("marks"), py::kw_only(), py::arg("seed"), py::arg("time_budget_s"),
-      py::arg("threads"), py::arg("fit_material"), py::arg("energy_gain_j"), py::arg("rung"), py::arg("contact"),
-      py::arg("takes"), py::arg("lead_in_s"), py::arg("reuse"), py::arg("progress"));
+      py::arg("threads"), py::arg("fit_material"), py::arg("energy_gain_j"), py::arg("rung"),
+      py::arg("contact"), py::arg("takes"), py::arg("lead_in_s"), py::arg("reuse"), py::arg("progress"));
   m.def(
       "estimate",
       [](const Body& body, const Marks& marks, const Array& gravity_m_s2) {

@@ -10,35 +10,27 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import signal
 import sys
-import threading
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import IO, Any, NoReturn, TypeVar
+from typing import Any
 
 import ifa
-from ifa import report
+from ifa import arguments, report
+from ifa.cli_options import BAD_INPUT, MESH_ENDINGS, command_parser
 from ifa.marks import Ending
+from ifa.meter import watched
+from ifa.solving import MOST_TAKES
 from ifa.text_files import write_text
 
-DONE, BAD_INPUT, NO_MOTION, CANCELLED = 0, 2, 3, 4
+DONE, NO_MOTION, CANCELLED = 0, 3, 4
 
-_MESH_ENDINGS = (".obj", ".off", ".ply", ".stl")
-_POLL_S = 0.05
-
-Result = TypeVar("Result")
+_EXPLAIN = "`ifa explain` with the same arguments tries repairs"
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(BAD_INPUT, f"{self.prog}: {message} (see {self.prog} --help)\n")
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; argparse itself exits with 0 or 2."""
-    options = _parser().parse_args(arguments)
+    options = command_parser(_VERBS).parse_args(words)
     try:
         code: int = options.run(options)
         sys.stdout.flush()
@@ -54,140 +46,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return DONE
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
-        prog="ifa",
-        description="Rigid-body motion whose contacts land on the marks of a sound.",
-        epilog="Exit codes: 0 done, 2 bad input, 3 no acceptable motion (solve still writes the "
-        "best one, which may miss marks) or no repair that works, 4 cancelled.",
-    )
-    parser.add_argument("--version", action="version", version=f"ifa {ifa.__version__}")
-    verbs = parser.add_subparsers(required=True, metavar="VERB")
-
-    solve = verbs.add_parser("solve", help="find a motion that meets the marks")
-    _add_body(solve)
-    _add_marks(solve)
-    solve.add_argument("-o", "--out", metavar="OUT", help="write the motion to this .json file")
-    _add_search(solve)
-    solve.add_argument("--method", choices=("forward", "graph"), default="forward")
-    solve.add_argument(
-        "--rung",
-        type=int,
-        metavar="N",
-        help="search exactly this hard, whatever the time: the result says at which rung it ended",
-    )
-    _add_json(solve)
-    solve.set_defaults(run=_solve)
-
-    explain = verbs.add_parser(
-        "explain", help="say which marks conflict, and which changes work: each is tried"
-    )
-    _add_body(explain)
-    _add_marks(explain)
-    explain.add_argument("-o", "--out", metavar="OUT", help="write what --json prints to this file")
-    _add_search(explain)
-    _add_json(explain)
-    explain.set_defaults(run=_explain)
-
-    estimate = verbs.add_parser("estimate", help="say what the marks ask for, without a search")
-    _add_body(estimate)
-    _add_marks(estimate)
-    _add_ending(estimate)
-    _add_json(estimate)
-    estimate.set_defaults(run=_estimate)
-
-    verify = verbs.add_parser("verify", help="check a motion again, from its poses alone")
-    verify.add_argument("motion", metavar="MOTION", help="what ifa solve -o wrote")
-    _add_marks(verify)
-    _add_body(verify)
-    _add_ending(verify)
-    verify.add_argument(
-        "--events",
-        choices=("audible", "contact"),
-        help="what answers a mark: an audible hit, or the beginning of a contact; default: what "
-        "the motion was made for",
-    )
-    _add_json(verify)
-    verify.set_defaults(run=_verify)
-
-    bodies = verbs.add_parser("bodies", help="list the library of bodies")
-    _add_json(bodies)
-    bodies.set_defaults(run=_bodies)
-    return parser
-
-
-def _add_body(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "body",
-        metavar="BODY",
-        help=f"a name ({' '.join(ifa.bodies.names())}), a mesh ({' '.join(_MESH_ENDINGS)}) or a "
-        "body file (.json)",
-    )
-    parser.add_argument(
-        "--surface", choices=ifa.bodies.surfaces(), help="under a body of the library"
-    )
-    parser.add_argument("--unit", help="of a mesh: m (default), cm, mm, inch ...")
-    parser.add_argument("--density", type=float, metavar="KG_M3", help="of a mesh (default 1000)")
-    parser.add_argument("--mass", type=float, metavar="KG", help="of a mesh, in place of --density")
-
-
-def _add_marks(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "marks", metavar="MARKS", help="an Audacity label track (.txt) or JSON (.json)"
-    )
-
-
-def _add_ending(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--ending",
-        choices=("rest", "open"),
-        help="after the last mark: at rest without a further hit, or anything",
-    )
-
-
-def _add_search(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--sound", metavar="WAV", help="the marked sound: gives the amplitudes")
-    _add_ending(parser)
-    parser.add_argument("--events", choices=("audible", "contact"), default="audible")
-    parser.add_argument(
-        "--material",
-        choices=("given", "fit"),
-        default="given",
-        help="fit the restitution to the marks, or take it as given (default); friction stays",
-    )
-    parser.add_argument("--restitution", type=float, metavar="E", help="0 to 1")
-    parser.add_argument("--friction", type=float, metavar="MU", help="0 or more")
-    parser.add_argument(
-        "--energy-gain", type=float, default=0.0, metavar="J", help="that a contact may add"
-    )
-    parser.add_argument(
-        "--seed",
-        type=int,
-        default=0,
-        metavar="N",
-        help="another seed, another take; the same seed and rung give the same motion",
-    )
-    parser.add_argument(
-        "--time-budget",
-        type=float,
-        default=10.0,
-        metavar="S",
-        help="begin no larger search after so many seconds (default 10)",
-    )
-    parser.add_argument("--threads", type=int, metavar="N", help="default: one for each core")
-
-
-def _add_json(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-
-
 def _solve(options: argparse.Namespace) -> int:
+    arguments.whole(options.takes, "takes", MOST_TAKES, least=1)
     if options.out is not None:
-        _check_out(options.out, inputs=(options.body, options.marks, options.sound))
+        for out in _take_files(options.out, options.takes):
+            _check_out(out, inputs=(options.body, options.marks, options.sound))
     body, marks = _request(options)
     progress = ifa.Progress()
     try:
-        solution = _watched(
+        solution = watched(
             lambda: ifa.solve(
                 body,
                 marks,
@@ -198,13 +65,15 @@ def _solve(options: argparse.Namespace) -> int:
                 threads=options.threads,
                 material=options.material,
                 energy_gain_j=options.energy_gain,
+                takes=options.takes,
+                lead_in_s=options.lead_in,
                 progress=progress,
                 rung=options.rung,
             ),
             progress,
         )
     except ifa.NoMotionError as error:
-        _say(str(error))
+        _say(f"{error}; {_EXPLAIN}")
         if options.json:
             _print_json(
                 {
@@ -215,15 +84,40 @@ def _solve(options: argparse.Namespace) -> int:
                 }
             )
         return NO_MOTION
-    if options.out is not None:
-        solution.write(options.out)
+    written = _write_takes(solution, options.out, options.takes)
     if options.json:
-        _print_json(solution.to_dict())
+        _print_json({**solution.to_dict(), "takes": report.takes(solution, written)})
     else:
         print(report.solution_text(solution))
-        if options.out is not None:
+        if options.takes > 1:
+            print(f"\n{report.takes_text(solution, written, asked=options.takes)}")
+        elif options.out is not None:
             print(f"written to {options.out}")
-    return DONE if solution.succeeded else NO_MOTION
+    if solution.succeeded:
+        return DONE
+    _say(f"{'; '.join(report.troubles(solution))}; {_EXPLAIN}")
+    return NO_MOTION
+
+
+def _take_files(out: str, number: int) -> list[str]:
+    """The file of each take: OUT.json, OUT.take2.json, OUT.take3.json ..."""
+    path = Path(out)
+    others = (path.with_name(f"{path.stem}.take{k}{path.suffix}") for k in range(2, number + 1))
+    return [out, *map(str, others)]
+
+
+def _write_takes(solution: ifa.Solution, out: str | None, asked: int) -> list[str | None]:
+    """Write every take, OUT last: where it is new, the others are whole beside it."""
+    takes = solution.takes
+    if out is None:
+        return [None] * len(takes)
+    files = _take_files(out, asked)
+    for take, path in reversed(list(zip(takes, files, strict=False))):  # there may be fewer takes
+        take.write(path)
+    for path in files[len(takes) :]:
+        if Path(path).exists():
+            _say(f"{path}: is left as it was, from an earlier solve")
+    return list(files[: len(takes)])
 
 
 def _explain(options: argparse.Namespace) -> int:
@@ -231,7 +125,7 @@ def _explain(options: argparse.Namespace) -> int:
         _check_out(options.out, inputs=(options.body, options.marks, options.sound))
     body, marks = _request(options)
     progress = ifa.Progress()
-    explanation = _watched(
+    explanation = watched(
         lambda: ifa.explain(
             body,
             marks,
@@ -307,7 +201,7 @@ def _body(options: argparse.Namespace) -> ifa.Body:
     given, ending = options.body, Path(options.body).suffix.lower()
     mesh_options = {"unit": options.unit, "density": options.density, "mass": options.mass}
     in_library = given in ifa.bodies.names()
-    is_mesh = not in_library and ending in _MESH_ENDINGS
+    is_mesh = not in_library and ending in MESH_ENDINGS
     if not is_mesh:
         for field, value in mesh_options.items():
             if value is not None:
@@ -324,7 +218,7 @@ def _body(options: argparse.Namespace) -> ifa.Body:
         return ifa.Body.read(given)
     if Path(given).is_file():
         raise ifa.IfaFileError(
-            f"{given}: its ending is not known; a body is a mesh ({', '.join(_MESH_ENDINGS)}) or a "
+            f"{given}: its ending is not known; a body is a mesh ({', '.join(MESH_ENDINGS)}) or a "
             "body file (.json)"
         )
     raise ifa.IfaValueError(
@@ -372,80 +266,21 @@ def _ending_solved_for(motion: str) -> Ending | None:
     return ending if ending in ("rest", "open") else None
 
 
-def _watched(work: Callable[[], Result], progress: ifa.Progress) -> Result:
-    """Run `work` in a thread, showing its progress; Ctrl-C and SIGTERM cancel it."""
-    outcome: list[Result] = []
-    failure: list[BaseException] = []
-
-    def run() -> None:
-        try:
-            outcome.append(work())
-        except BaseException as error:
-            failure.append(error)
-
-    # The handlers only ask the search to stop: an exception inside Thread.join would make Python
-    # 3.11 take the running thread for a finished one.
-    handlers = {
-        number: signal.signal(number, lambda *_: progress.cancel())
-        for number in (signal.SIGINT, signal.SIGTERM)
-        if threading.current_thread() is threading.main_thread()
-    }
-    meter = _Meter(sys.stderr)
-    worker = threading.Thread(target=run, daemon=True)
-    try:
-        worker.start()
-        while worker.is_alive():
-            worker.join(_POLL_S)
-            meter.show(progress.fraction)
-    finally:
-        meter.end()
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-    if progress.cancelled:
-        raise ifa.Cancelled
-    if failure:
-        raise failure[0]
-    return outcome[0]
-
-
-class _Meter:
-    """A bar on a terminal, a line now and then elsewhere."""
-
-    _WIDTH, _LINE_EVERY_S = 30, 5.0
-
-    def __init__(self, stream: IO[str]) -> None:
-        self._stream = stream
-        self._live = stream.isatty()
-        self._begin_s = time.monotonic()
-        self._said_s = self._begin_s
-        self._drawn = False
-
-    def show(self, fraction: float) -> None:
-        now_s = time.monotonic()
-        elapsed_s = now_s - self._begin_s
-        if self._live:
-            full = round(self._WIDTH * fraction)
-            bar = "#" * full + "." * (self._WIDTH - full)
-            self._stream.write(f"\rsolving [{bar}] {100 * fraction:3.0f} %  {elapsed_s:.1f} s ")
-            self._stream.flush()
-            self._drawn = True
-        elif now_s - self._said_s >= self._LINE_EVERY_S:
-            self._said_s = now_s
-            self._stream.write(f"ifa: {100 * fraction:.0f} % after {elapsed_s:.0f} s\n")
-            self._stream.flush()
-
-    def end(self) -> None:
-        if self._drawn:
-            self._stream.write("\r\x1b[K")
-            self._stream.flush()
-
-
 def _print_json(content: dict[str, Any]) -> None:
     print(json.dumps(content, allow_nan=False))
 
 
 def _say(sentence: str) -> None:
     print(f"ifa: {sentence}", file=sys.stderr)
+
+
+_VERBS = {
+    "solve": _solve,
+    "explain": _explain,
+    "estimate": _estimate,
+    "verify": _verify,
+    "bodies": _bodies,
+}
 
 
 if __name__ == "__main__":

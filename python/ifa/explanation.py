@@ -58,6 +58,7 @@ class Repair:
     marks: Signature
     energy_gain_j: float
     material: str
+    events: str
     seed: int
     rung: int
 
@@ -67,6 +68,7 @@ class Repair:
         return {
             "energy_gain_j": self.energy_gain_j,
             "material": self.material,
+            "events": self.events,
             "seed": self.seed,
             "rung": self.rung,
         }
@@ -152,8 +154,8 @@ def explain(
         raise IfaValueError("body: needs an ifa.Body")
     if not isinstance(marks, Signature):
         raise IfaValueError("marks: needs an ifa.Signature")
-    if events != "audible":
-        raise IfaValueError(f'events: this version has "audible", got {events!r}')
+    if events not in ("audible", "contact"):
+        raise IfaValueError(f'events: must be "audible" or "contact", got {events!r}')
     if material not in ("given", "fit"):
         raise IfaValueError(f'material: must be "given" or "fit", got {material!r}')
     arguments.check_progress(progress)
@@ -161,7 +163,7 @@ def explain(
     if not 0.0 <= gain_j < float("inf"):
         raise IfaValueError(f"energy_gain_j: must be finite and 0 or more, got {gain_j:g}")
     if solution is not None:
-        _check_solution(solution, marks, gain_j)
+        _check_solution(solution, marks, gain_j, events)
     seed = arguments.whole(seed, "seed", 2**64 - 1)
     found = _core.explain(
         body._core,
@@ -173,6 +175,7 @@ def explain(
         threads=arguments.threads(threads),
         fit_material=material == "fit",
         energy_gain_j=gain_j,
+        contact=events == "contact",
         progress=progress,
     )
     repairs = []
@@ -189,13 +192,20 @@ def explain(
             merge_gap_s=marks._merge_gap_s,
         )
         repairs.append(
-            Repair(body=repaired, marks=new_marks, material=material, seed=seed, **repair)
+            Repair(
+                body=repaired,
+                marks=new_marks,
+                material=material,
+                events=events,
+                seed=seed,
+                **repair,
+            )
         )
     conflicts = [Conflict(**conflict) for conflict in found.pop("conflicts")]
     return Explanation(conflicts=conflicts, repairs=repairs, **found)
 
 
-def _check_solution(solution: Any, marks: Signature, gain_j: float) -> None:
+def _check_solution(solution: Any, marks: Signature, gain_j: float, events: str) -> None:
     if not isinstance(solution, Solution):
         raise IfaValueError(f"solution: needs an ifa.Solution or None, got {solution!r}")
     if solution.marks != marks:
@@ -203,4 +213,8 @@ def _check_solution(solution: Any, marks: Signature, gain_j: float) -> None:
     if solution.energy_gain_j != gain_j:
         raise IfaValueError(
             f"solution: was made with energy_gain_j {solution.energy_gain_j:g}, not {gain_j:g}"
+        )
+    if solution.motion.hearing["events"] != events:
+        raise IfaValueError(
+            f'solution: was made with events "{solution.motion.hearing["events"]}", not "{events}"'
         )

@@ -14,11 +14,15 @@ from ifa.solution import Event, Solution
 # CONVENTIONS.md, "Accuracy of a solve"
 _MET_WITHIN_S = 1e-3
 _LARGEST_RETIMING = 0.30  # of max(r, 1/r) - 1
+_PLAUSIBLE_RETIMING = 0.07
+_PLAUSIBLE_EXCESS = 1.0
+_ROUNDING = 1e-9
 _LEAST_SCORE = 0.3
 _LARGEST_PENETRATION_M = 1e-4
 _AUDIBLE_SPEED_M_S = 0.05
 _ROUNDING_J = 1e-9
 _MOST_FINDINGS = 10  # in a text; a rhythm can have one at each mark
+_MOST_NAMED = 5  # marks in a phrase
 _SAME_S = 1e-9  # a hit's time and the same time as an event's
 
 
@@ -57,6 +61,39 @@ def shortcomings(
     return reasons or ["it does not come to rest after the last mark"]
 
 
+def troubles(solution: Solution) -> list[str]:
+    """Which marks are the trouble of a solution that did not succeed, one phrase for each kind.
+
+    Those without a hit, those that are met beyond what is plausible, and hits after the last one;
+    where none stands out, its shortcomings.
+    """
+    events = list(enumerate(solution.events, start=1))
+    missed = [f"mark {k}" for k, e in events if e.factors["time"] == 0.0]
+    changed = [
+        f"mark {k} (excess {e.excess:.2f})"
+        for k, e in events
+        if e.excess > _PLAUSIBLE_EXCESS + _ROUNDING
+    ]
+    retimed = [
+        f"mark {k} ({signed_percent(e):+.0f} %)"
+        for k, e in events
+        if e.retiming > _PLAUSIBLE_RETIMING + _ROUNDING
+    ]
+    phrases = []
+    if missed:
+        phrases.append(f"nothing hits at {_named(missed)}")
+    if changed:
+        phrases.append(f"an impact is changed too much to meet {_named(changed)}")
+    if retimed:
+        phrases.append(f"retiming shows before {_named(retimed)}")
+    return (phrases + _unasked(solution, "--ending open")) or shortcomings(solution)
+
+
+def _named(marks: Sequence[str]) -> str:
+    more = len(marks) - _MOST_NAMED
+    return ", ".join(marks[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
 def _unasked(solution: Solution, open_ending: str) -> list[str]:
     """Phrases for the hits without a mark: before the last mark, and after it."""
     if not solution.extra_hits:
@@ -66,8 +103,9 @@ def _unasked(solution: Solution, open_ending: str) -> list[str]:
     times_s = _unasked_times_s(solution)
     before = [t for t in times_s if t <= last_s]
     after = [t for t in times_s if t > last_s]
-    if not times_s:  # heard before retiming only
-        return [f"{_count(solution.extra_hits, 'hit')} without a mark"]
+    if not times_s:  # heard before retiming only, or contacts
+        what = "contact" if solution.motion.hearing["events"] == "contact" else "hit"
+        return [f"{_count(solution.extra_hits, what)} without a mark"]
     phrases = []
     if before:
         phrases.append(f"{_count(len(before), 'hit')} without a mark, first at {before[0]:.3f} s")
@@ -80,7 +118,9 @@ def _unasked(solution: Solution, open_ending: str) -> list[str]:
 
 
 def _unasked_times_s(solution: Solution) -> list[float]:
-    """When each chain of audible hits begins that belongs to no mark."""
+    """When each chain of audible hits begins that belongs to no mark; empty for contacts."""
+    if solution.motion.hearing["events"] == "contact":
+        return []  # hits alone do not tell which of them begin an interval of contact
     spans = [
         (event.achieved_s - _SAME_S, event.achieved_s + duration_s + _SAME_S)
         for event, duration_s in zip(solution.events, solution.marks.durations_s, strict=True)
@@ -137,6 +177,44 @@ def solution_text(solution: Solution) -> str:
             )
         )
     return "\n".join([*lines, *table(rows, align=">" * 6)])
+
+
+def takes(solution: Solution, files: Sequence[str | None]) -> list[dict[str, Any]]:
+    """Of each take its file, score, plausible, and its difference from the first in body radii."""
+    first_s, last_s = solution.marks.times_s[[0, -1]]
+    rows = []
+    for take, out in zip(solution.takes, files, strict=True):
+        to_s = last_s if last_s > first_s else max(solution.motion.end_s, take.motion.end_s)
+        difference = solution.motion.difference(take.motion, first_s, to_s)
+        rows.append(
+            {
+                "out": out,
+                "score": take.score,
+                "plausible": take.plausible,
+                "difference": difference,
+            }
+        )
+    return rows
+
+
+def takes_text(solution: Solution, files: Sequence[str | None], asked: int) -> str:
+    """One line for each take, and how many there are of those asked for."""
+    found = takes(solution, files)
+    rows = [("take", "plausible", "score", "difference", "written to")]
+    for k, take in enumerate(found, start=1):
+        rows.append(
+            (
+                str(k),
+                "yes" if take["plausible"] else "no",
+                f"{take['score']:.3f}",
+                f"{take['difference']:.2f}",
+                take["out"] or "-",
+            )
+        )
+    lines = table(rows, align="><>><")
+    if len(found) < asked:
+        lines.append(f"{len(found)} of the {asked} takes asked for were found")
+    return "\n".join(lines)
 
 
 def estimate_text(estimate: Estimate, body: Body, marks: Signature) -> str:

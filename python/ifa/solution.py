@@ -190,7 +190,7 @@ class Solution:
 
     @property
     def takes(self) -> tuple[Solution, ...]:
-        """This motion and the others that the solve was asked for, best first."""
+        """This motion, the same for any number of takes, and the others, best first."""
         return (self, *self.others)
 
     def to_dict(self) -> dict[str, Any]:

@@ -17,6 +17,8 @@ from ifa.solution import Event, Motion, Solution
 CLEARLY_DIFFERENT: float = _core.CLEARLY_DIFFERENT
 """How much takes differ at least: `Motion.difference` from the first to the last mark."""
 
+MOST_TAKES = 1000  # of one solve
+
 
 def solve(
     body: Body,
@@ -99,7 +101,7 @@ def solve(
         energy_gain_j=gain,
         rung=-1 if rung is None else arguments.whole(rung, "rung", _core.RUNGS - 1),
         contact=events == "contact",
-        takes=arguments.whole(takes, "takes", 1000, least=1),
+        takes=arguments.whole(takes, "takes", MOST_TAKES, least=1),
         lead_in_s=arguments.positive(lead_in_s, "lead_in_s"),
         reuse=None if reuse is None else reuse.kept,
         progress=progress,

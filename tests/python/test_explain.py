@@ -257,6 +257,11 @@ def solved(**options):
     [
         ({"body": "d6"}, "body: needs an ifa.Body"),
         ({"marks": [0.1, 0.2]}, "marks: needs an ifa.Signature"),
+        ({"events": "silent"}, 'events: must be "audible" or "contact", got \'silent\''),
+        (
+            {"events": "contact"},
+            'solution: was made with events "audible", not "contact"',
+        ),
         ({"material": "wood"}, 'material: must be "given" or "fit", got \'wood\''),
         ({"energy_gain_j": -1.0}, "energy_gain_j: must be finite and 0 or more, got -1"),
         ({"seed": -1}, f"seed: must be a whole number from 0 to {2**64 - 1}, got -1"),

@@ -44,6 +44,9 @@ def test_a_notebook_runs(path, tmp_path, monkeypatch):
     if path.name == "takes.ipynb":
         shown = outputs(notebook)
         text = "".join(output.get("text", "") for output in shown)
-        assert text.count("plausible: ") == 3
+        assert text.count("plausible: True") == 3
+        assert "succeeded: True" in text
+        assert "the body does not come to rest after it" in text
+        assert "let it end open" in text
         assert "PASSED" in text
-        assert sum("image/png" in output.get("data", {}) for output in shown) == 3
+        assert sum("image/png" in output.get("data", {}) for output in shown) == 4

@@ -7,16 +7,17 @@ from types import SimpleNamespace
 import ifa
 import numpy as np
 import pytest
-from ifa.report import shortcomings
+from ifa.report import shortcomings, troubles
 
 TIMES_S = (0.3, 0.5, 0.6)
 
 
-def event(target_s, error_retimed_s=0.0, retime=1.0):
-    return ifa.Event(target_s, target_s + error_retimed_s, 0.0, error_retimed_s, retime, 0.0, {})
+def event(target_s, error_retimed_s=0.0, retime=1.0, excess=0.0, time=1.0):
+    achieved_s, factors = target_s + error_retimed_s, {"time": time}
+    return ifa.Event(target_s, achieved_s, 0.0, error_retimed_s, retime, excess, factors)
 
 
-def failed(ending="rest", hits=(), **changes):
+def failed(ending="rest", hits=(), hearing="audible", **changes):
     """A failed solution with hits at the marks and at (time, speed) besides."""
     found = sorted([*((t, 0.5) for t in TIMES_S), *hits])
     fields = {
@@ -24,10 +25,11 @@ def failed(ending="rest", hits=(), **changes):
         "marks": ifa.Signature(TIMES_S, ending=ending),
         "events": [event(t) for t in TIMES_S],
         "motion": SimpleNamespace(
+            hearing={"events": hearing},
             hits={
                 "time_s": np.array([t for t, _ in found]),
                 "approach_speed_m_s": np.array([v for _, v in found]),
-            }
+            },
         ),
         "missed_hits": 0,
         "extra_hits": len(hits),
@@ -85,3 +87,33 @@ def test_other_reasons(changes, reason):
 
 def test_success_has_no_shortcomings():
     assert shortcomings(failed(succeeded=True)) == []
+
+
+def test_troubles_name_the_marks():
+    assert troubles(failed(hits=[(0.7, 0.2)])) == [
+        "1 hit after the last mark, first at 0.700 s (mark it too, or use --ending open)"
+    ]
+    # beyond 1 and 7 %, whatever `succeeded` allows; at the edge it is still plausible
+    events = [event(0.3), event(0.5, excess=1.0, retime=1 / 1.08), event(0.6, excess=1.5)]
+    assert troubles(failed(events=events)) == [
+        "an impact is changed too much to meet mark 3 (excess 1.50)",
+        "retiming shows before mark 2 (-8 %)",
+    ]
+    missed = [event(0.3), event(0.5, retime=1.07), event(0.6, 0.1, time=0.0)]
+    assert troubles(failed(events=missed, missed_hits=1)) == ["nothing hits at mark 3"]
+    # where no mark stands out, what keeps the motion from succeeding
+    assert troubles(failed(score=0.2)) == shortcomings(failed(score=0.2)) == ["score below 0.3"]
+
+
+def test_many_troubles_are_cut_short():
+    events = [event(t, time=0.0) for t in np.arange(1.0, 10.0)]
+    marks = ifa.Signature(np.arange(1.0, 10.0))
+    (phrase,) = troubles(failed(events=events, marks=marks, missed_hits=9))
+    assert phrase == "nothing hits at mark 1, mark 2, mark 3, mark 4, mark 5 and 4 more"
+
+
+def test_contacts_without_a_mark_are_counted():
+    # 0.8 m/s at 0.7 s may lie within an interval of contact: hits alone do not tell
+    assert shortcomings(failed(hits=[(0.7, 0.8)], hearing="contact")) == [
+        "1 contact without a mark"
+    ]

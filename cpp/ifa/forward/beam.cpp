@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <tuple>
 
 #include "ifa/base/parallel.hpp"
 #include "ifa/forward/expand.hpp"
@@ -17,6 +16,7 @@ constexpr std::size_t kStartsPerState = 12;
 constexpr std::size_t kStartChunk = 32, kChunk = 16;  // what one thread takes at once
 constexpr std::size_t kBatches = 4;
 constexpr int kVariants = 4;
+constexpr std::size_t kFewTracked = 6;  // children that keep to a known motion
 constexpr int kFinishRounds = 4;
 constexpr int kRounds = 3;       // of plausible proposals for a level, at most
 constexpr int kLooseRounds = 2;  // of those beyond, where too few are plausible
@@ -129,7 +129,7 @@ class Search {
       add_leaf(i, {last[i].onset.after, 0.0, 0.0}, last[i].unchanged->event);
     }
     for (const Tolerance& tolerance : {kPlausible, kTolerable}) {
-      if (!beam_.leaves.empty()) break;
+      if (ended_soundly_) break;
       const auto chunks = chunks_of(0, last.size(), kChunk, [&](std::size_t i) { return last[i].body; });
       std::vector<std::vector<Trial>> trials(chunks.size());
       each_chunk(chunks, [&](std::size_t c, Expander& expander) {
@@ -145,8 +145,9 @@ class Search {
             add_leaf(chunks[c].from + t.candidate, {t.after, t.excess, 0.0}, t.passage.event);
     }
     std::stable_sort(beam_.leaves.begin(), beam_.leaves.end(), [](const Leaf& a, const Leaf& b) {
-      return std::tuple(a.violations, a.stretched, -a.log_weight) <
-             std::tuple(b.violations, b.stretched, -b.log_weight);
+      if (a.violations != b.violations) return a.violations < b.violations;
+      if (a.violations == 0 && a.stretched != b.stretched) return a.stretched < b.stretched;
+      return a.log_weight > b.log_weight;
     });
   }
 
@@ -198,16 +199,18 @@ class Search {
   void add_leaf(std::size_t i, const Leave& leave, const Event& event) {
     const Candidate& c = beam_.levels.back().candidates[i];
     const std::size_t k = problem_.marks.size() - 1;
-    Factors f = sound_factors(event, problem_.marks, k, k == 0 ? event.amplitude : c.first_amplitude);
-    f.velocity = velocity_factor(leave.excess);
-    beam_.leaves.push_back({static_cast<int>(i), leave, c.log_weight + log_product(f),
-                            c.violations + (leave.excess > kPlausible.excess ? 1 : 0), c.stretched});
+    const double log_factors = problem_.log_sound(event, k, c.first_amplitude) - leave.excess;
+    const bool sound = leave.excess <= kPlausible.excess && log_factors >= kLeastLogFactors;
+    ended_soundly_ |= sound;
+    beam_.leaves.push_back({static_cast<int>(i), leave, c.log_weight + log_factors,
+                            c.violations + (sound ? 0 : 1), c.stretched});
   }
 
   const Problem& problem_;
   const BeamOptions& options_;
   Progress* progress_;
   Beam& beam_;
+  bool ended_soundly_ = false;  // some leaf
 };
 
 }  // namespace
@@ -239,6 +242,8 @@ Beam search_beam(const Problem& problem, const BeamOptions& options, Progress* p
   return beam;
 }
 
+namespace {
+
 Found trace(const Beam& beam, int candidate, const Leave& leave) {
   const Candidate* c = &beam.levels.back().candidates[static_cast<std::size_t>(candidate)];
   Found found{c->body, {{c->onset, leave}}};
@@ -251,8 +256,62 @@ Found trace(const Beam& beam, int candidate, const Leave& leave) {
   return found;
 }
 
+}  // namespace
+
+Beam track_beam(const Problem& problem, const BeamOptions& options, Progress* progress, const Beam& kept,
+                std::size_t same) {
+  Beam beam;
+  const std::size_t n = problem.marks.size();
+  if (kept.leaves.empty() || kept.levels.size() != n || same == 0) return beam;
+  const Leaf& leaf = kept.leaves.front();
+  const Found known = trace(kept, leaf);
+  std::vector<int> way(n);  // the candidates it goes through
+  way[n - 1] = leaf.candidate;
+  for (std::size_t k = n - 1; k > 0; --k)
+    way[k - 1] = kept.levels[k].candidates[static_cast<std::size_t>(way[k])].parent;
+
+  beam.levels.assign(kept.levels.begin(), kept.levels.begin() + static_cast<std::ptrdiff_t>(same));
+  Expander expander(problem, known.body, progress);
+  std::size_t from = static_cast<std::size_t>(way[same - 1]), count = 1;
+  for (std::size_t k = same - 1; k + 1 < n; ++k) {
+    std::vector<RandomStream> random;
+    for (std::size_t i = 0; i < count; ++i)
+      random.emplace_back(options.seed, (static_cast<std::uint64_t>(k + 1) << 48) | i);
+    std::vector<Candidate> parents(
+        beam.levels[k].candidates.begin() + static_cast<std::ptrdiff_t>(from),
+        beam.levels[k].candidates.begin() + static_cast<std::ptrdiff_t>(from + count));
+    if (k + 1 == same) expander.look_ahead(parents, k);  // which was forgotten
+    Level next;
+    expander.track(parents, from, k, known.links[k], known.links[k + 1].onset, random, next.candidates);
+    if (next.candidates.size() < kFewTracked) {  // about to be lost: what else comes in time?
+      const ExpandOptions how{options.proposals, kVariants, kPlausible, true};
+      expander.expand(parents, from, k, how, random, next.candidates);
+      next = select(std::move(next.candidates), problem, static_cast<std::size_t>(options.beam), 1, false);
+    }
+    if (next.candidates.empty()) break;
+    from = 0;
+    count = next.candidates.size();
+    next.batch_ends = {count};
+    beam.levels.push_back(std::move(next));
+  }
+  if (beam.levels.size() == same && same < n) return beam;
+  Search search(problem, options, progress, beam);
+  if (same == n) search.look_again();  // the ending may be another one
+  for (std::size_t k = beam.levels.size() - 1; k + 1 < n && beam.levels.size() == k + 1; ++k)
+    search.advance(k);
+  if (beam.levels.size() == n) search.finish();
+  beam.simulated_s += expander.simulated_s();
+  return beam;
+}
+
+Found trace(const Beam& beam, const Leaf& leaf) {
+  Found found = trace(beam, leaf.candidate, leaf.leave);
+  found.complete = true;
+  return found;
+}
+
 Found best_of(const Beam& beam) {
-  if (!beam.leaves.empty()) return trace(beam, beam.leaves.front().candidate, beam.leaves.front().leave);
+  if (!beam.leaves.empty()) return trace(beam, beam.leaves.front());
   const auto& last = beam.levels.back().candidates;
   const auto best = std::min_element(last.begin(), last.end(), [](const Candidate& a, const Candidate& b) {
     if (a.sounder(b) || b.sounder(a)) return a.sounder(b);

@@ -37,19 +37,19 @@ struct Beam {
 Beam search_beam(const Problem& problem, const BeamOptions& options, Progress* progress,
                  const Beam* kept = nullptr, std::size_t same = 0);
 
-// One event of a found motion.
-struct Link {
-  Onset onset;
-  Leave leave;
-};
-
 // A motion, event by event; of a candidate that reached the last level and how it ends.
 struct Found {
   int body = 0;
   std::vector<Link> links;
+  bool complete = false;  // it ends as the marks ask
 };
 
-Found trace(const Beam& beam, int candidate, const Leave& leave);
+Found trace(const Beam& beam, const Leaf& leaf);
+
+// The beam of one motion: that of `kept`'s best leaf for marks that were the same up to and with event `same`
+// - 1, kept to as nearly as these marks allow. Without leaves where it is lost.
+Beam track_beam(const Problem& problem, const BeamOptions& options, Progress* progress, const Beam& kept,
+                std::size_t same);
 
 // Of the motions that the beam reached: the best leaf, else the candidate that came farthest. The beam must
 // have a level.

@@ -18,6 +18,9 @@ struct Tolerance {
 inline constexpr Tolerance kPlausible{1.0, 0.07};
 inline constexpr Tolerance kTolerable{4.0, 0.25};  // as far as a motion can go and still succeed
 
+// A mark whose factors multiply to less drags the Score (eq. 12) below the 0.3 of a motion that succeeded: 6
+// log 0.3.
+inline constexpr double kLeastLogFactors = -7.2;
 inline constexpr double kUnnoticed = 0.02;  // retiming (ratio - 1): what no viewer could see
 
 // What is to be solved, and with which bodies: they differ in their materials alone.
@@ -25,6 +28,15 @@ struct Problem {
   const std::vector<Body>& bodies;
   const SearchPhysics& physics;
   const Marks& marks;
+
+  // How fast a body can travel after event k and still come to rest at the last mark's end, about: what
+  // friction takes in the contacts that are marked. Infinite where contact may go on in silence.
+  double travel_budget_m_s(int body, std::size_t k) const;
+
+  // Of the event that a candidate at mark k leaves: log f_a f_l f_c.
+  double log_sound(const Event& event, std::size_t k, double first_amplitude) const {
+    return log_product(sound_factors(event, marks, k, k == 0 ? event.amplitude : first_amplitude));
+  }
 
   double target_s(std::size_t k) const { return marks.times_s[k + 1] - marks.times_s[k]; }
 };
@@ -36,6 +48,12 @@ struct Leave {
   double interval_s = 0.0;  // to the next event, simulated
 };
 
+// One event of a found motion.
+struct Link {
+  Onset onset;
+  Leave leave;
+};
+
 struct Candidate {
   Onset onset;
   int parent = -1, start = -1;  // indices at the level before, and at the first
@@ -43,7 +61,7 @@ struct Candidate {
   Leave from;                    // the parent's event
   double log_weight = 0.0;       // all factors of the events before, and of the transitions
   double first_amplitude = 0.0;  // of the first event
-  int violations = 0;            // marks that were met, but not plausibly
+  int violations = 0;            // marks that were met, but not plausibly or with too low a Score
   int stretched = 0;             // marks that were met by retiming more than kUnnoticed
   double outlook = 0.0;          // a guess of the log weight to come
   // How it goes on without a change; dropped once its children are chosen.

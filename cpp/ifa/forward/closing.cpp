@@ -3,38 +3,46 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ifa/forward/steepest.hpp"
+
 namespace ifa {
 namespace {
 
 constexpr int kRefinements = 8, kCorrections = 2;
+constexpr int kLengthRounds = 4, kAround = 3;
+constexpr double kAside = 0.5;  // of the region's radius: how far variants lie apart
 constexpr double kEdge = 0.98;  // of the region's radius: as far as variants go
 // What is left is retimed away: nobody could see it.
 constexpr double kOnTime_s = 1e-5, kOnTimeShare = 1e-4;
 
+constexpr double kLengthOff_s = 1e-3;  // a tenth of what halves f_l (paper eq. 7)
+
 double on_time_s(double target_s) { return std::max(kOnTime_s, kOnTimeShare * target_s); }
 
-// Of two ways to meet a mark, the milder one is worth more: log f_v f_t.
-double worth(const Trial& t, double target_s) {
-  if (!std::isfinite(t.excess)) return -kNever;
-  return std::log(time_factor(t.passage.interval_s, target_s)) - t.excess;
+Vec6 within(const Vec6& y, const Tolerance& tolerance) {
+  const double most = kEdge * std::sqrt(tolerance.excess), size = y.norm();
+  return size > most ? Vec6(y * (most / size)) : y;
 }
 
-void keep_better(Closing& closing, const Trial& trial, double target_s) {
-  if (trial.hits() && worth(trial, target_s) > worth(closing.best, target_s)) closing.best = trial;
+void keep_better(Closing& closing, const Trial& trial, double worth) {
+  if (!trial.meets || worth <= closing.worth) return;
+  closing.best = trial;
+  closing.worth = worth;
 }
 
 }  // namespace
 
 double ratio_of(double a, double b) { return std::max(a, b) / std::min(a, b); }
 
-std::vector<Closing> enclose(std::span<const Trial> trials, std::size_t candidates, std::size_t most,
-                             double target_s, std::vector<char>& used) {
-  std::vector<std::vector<std::size_t>> early(candidates), late(candidates);
+std::vector<Closing> enclose(const Problem& problem, std::span<const Trial> trials,
+                             std::span<const Candidate> candidates, std::size_t k, std::size_t most,
+                             std::vector<char>& used) {
+  std::vector<std::vector<std::size_t>> early(candidates.size()), late(candidates.size());
   for (std::size_t t = 0; t < trials.size(); ++t)
     (trials[t].lateness_s < 0.0 ? early : late)[trials[t].candidate].push_back(t);
   const auto milder = [&](std::size_t a, std::size_t b) { return trials[a].excess < trials[b].excess; };
   std::vector<Closing> closings;
-  for (std::size_t i = 0; i < candidates; ++i) {
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
     std::stable_sort(early[i].begin(), early[i].end(), milder);
     std::stable_sort(late[i].begin(), late[i].end(), milder);
     const std::size_t pairs = std::min({early[i].size(), late[i].size(), most});
@@ -44,8 +52,8 @@ std::vector<Closing> enclose(std::span<const Trial> trials, std::size_t candidat
       Closing closing{a.y, b.y - a.y, Bracket({0.0, a.lateness_s}, {1.0, b.lateness_s}), {}};
       closing.best.candidate = i;
       closing.best.excess = kNever;
-      keep_better(closing, a, target_s);
-      keep_better(closing, b, target_s);
+      for (const Trial* t : {&a, &b})
+        keep_better(closing, *t, t->log_factors(problem, k, candidates[i].first_amplitude));
       closings.push_back(std::move(closing));
     }
   }
@@ -54,7 +62,8 @@ std::vector<Closing> enclose(std::span<const Trial> trials, std::size_t candidat
 
 void close_in(Trials& trials, std::span<const Candidate> candidates, std::size_t k, double largest_excess,
               std::vector<Closing>& closings) {
-  const double target = trials.problem().target_s(k);
+  const bool at_end = k + 1 == trials.problem().marks.size();
+  const double on_time = at_end ? kLengthOff_s : on_time_s(trials.problem().target_s(k));
   std::vector<Trial> tried;
   std::vector<std::size_t> owner;
   std::vector<double> where;
@@ -85,8 +94,9 @@ void close_in(Trials& trials, std::span<const Candidate> candidates, std::size_t
         closing.slope_s = (now.value - before.value) / (now.x - before.x);
       before = now;
       closing.bracket.add(now);
-      keep_better(closing, tried[t], target);
-      if (std::abs(now.value) <= on_time_s(target)) closing.open = false;
+      keep_better(closing, tried[t],
+                  tried[t].log_factors(trials.problem(), k, candidates[tried[t].candidate].first_amplitude));
+      if (std::abs(now.value) <= on_time) closing.open = false;
     }
   }
 }
@@ -101,37 +111,19 @@ std::vector<Anchor> anchors_of(const std::vector<Closing>& closings, double targ
   return anchors;
 }
 
-std::vector<Trial> vary(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
-                        const Tolerance& tolerance, std::span<const Anchor> anchors, int count, double spread,
-                        std::span<RandomStream> random) {
-  const double target = trials.problem().target_s(k), reach = std::sqrt(tolerance.excess);
-  const auto within = [&](Vec6 y) {
-    const double size = y.norm();
-    return size > kEdge * reach ? Vec6(y * (kEdge * reach / size)) : y;
-  };
-  std::vector<Trial> found;
-  std::vector<const Anchor*> of;
-  for (const Anchor& anchor : anchors) {
-    const std::size_t i = anchor.trial.candidate;
-    const Vec6 line = anchor.along.normalized();
-    for (int v = 0; v < count; ++v) {
-      Vec6 aside = random_change(1.0, random[i]);
-      aside -= aside.dot(line) * line;
-      const auto trial =
-          trials.propose(candidates, i, within(anchor.trial.y + spread * reach * aside), tolerance.excess);
-      if (!trial) continue;
-      found.push_back(*trial);
-      of.push_back(&anchor);
-    }
-  }
-  trials.run(candidates, k, found);
+namespace {
+
+// Brings trials, one for each anchor, back to the mark along the anchor's line, as far as two steps do.
+void correct(Trials& trials, std::span<const Candidate> candidates, std::size_t k, const Tolerance& tolerance,
+             std::vector<Anchor>& anchors) {
+  const double target = trials.problem().target_s(k);
   for (int correction = 0; correction < kCorrections; ++correction) {
     std::vector<Trial> corrected;
     std::vector<std::size_t> index;
-    for (std::size_t v = 0; v < found.size(); ++v) {
-      const Trial& t = found[v];
+    for (std::size_t v = 0; v < anchors.size(); ++v) {
+      const Trial& t = anchors[v].trial;
       if (!std::isfinite(t.lateness_s) || std::abs(t.lateness_s) <= on_time_s(target)) continue;
-      const Vec6 y = within(t.y - t.lateness_s / of[v]->slope_s * of[v]->along);
+      const Vec6 y = within(t.y - t.lateness_s / anchors[v].slope_s * anchors[v].along, tolerance);
       const auto trial = trials.propose(candidates, t.candidate, y, tolerance.excess);
       if (!trial) continue;
       corrected.push_back(*trial);
@@ -139,9 +131,96 @@ std::vector<Trial> vary(Trials& trials, std::span<const Candidate> candidates, s
     }
     trials.run(candidates, k, corrected);
     for (std::size_t c = 0; c < corrected.size(); ++c) {
-      Trial& t = found[index[c]];
-      if (corrected[c].hits() && std::abs(corrected[c].lateness_s) < std::abs(t.lateness_s)) t = corrected[c];
+      Trial& t = anchors[index[c]].trial;
+      if (corrected[c].meets && std::abs(corrected[c].lateness_s) < std::abs(t.lateness_s)) t = corrected[c];
     }
+  }
+}
+
+// Trials in place of the anchors' own, run and corrected.
+class Neighbours {
+ public:
+  Neighbours(Trials& trials, std::span<const Candidate> candidates, std::size_t k, const Tolerance& tolerance)
+      : trials_(trials), candidates_(candidates), k_(k), tolerance_(tolerance) {}
+
+  void add(const Anchor& anchor, const Vec6& y) {
+    const auto trial =
+        trials_.propose(candidates_, anchor.trial.candidate, within(y, tolerance_), tolerance_.excess);
+    if (trial) anchors_.push_back({*trial, anchor.along, anchor.slope_s});
+  }
+
+  // Off to the side of the anchor's line, by up to `spread` of the region's radius.
+  void add_aside(const Anchor& anchor, double spread, RandomStream& random) {
+    const Vec6 line = anchor.along.normalized();
+    Vec6 aside = random_change(tolerance_.excess, random);
+    aside -= aside.dot(line) * line;
+    add(anchor, anchor.trial.y + spread * aside);
+  }
+
+  std::vector<Anchor> run() {
+    std::vector<Trial> own;
+    for (const Anchor& a : anchors_) own.push_back(a.trial);
+    trials_.run(candidates_, k_, own);
+    for (std::size_t i = 0; i < own.size(); ++i) anchors_[i].trial = std::move(own[i]);
+    correct(trials_, candidates_, k_, tolerance_, anchors_);
+    return std::move(anchors_);
+  }
+
+ private:
+  Trials& trials_;
+  std::span<const Candidate> candidates_;
+  std::size_t k_;
+  const Tolerance& tolerance_;
+  std::vector<Anchor> anchors_;
+};
+
+}  // namespace
+
+std::vector<Anchor> vary(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
+                         const Tolerance& tolerance, std::span<const Anchor> anchors, int count,
+                         std::span<RandomStream> random) {
+  Neighbours neighbours(trials, candidates, k, tolerance);
+  for (const Anchor& anchor : anchors)
+    for (int v = 0; v < count; ++v) neighbours.add_aside(anchor, kAside, random[anchor.trial.candidate]);
+  return neighbours.run();
+}
+
+std::vector<Anchor> fit_length(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
+                               const Tolerance& tolerance, std::span<const Anchor> anchors,
+                               std::span<RandomStream> random) {
+  const double duration = trials.problem().marks.durations_s[k], target = trials.problem().target_s(k);
+  const double reach = std::sqrt(tolerance.excess);
+  std::vector<std::vector<Anchor>> own(candidates.size());
+  const auto sort_in = [&](std::span<const Anchor> more) {
+    for (const Anchor& a : more)
+      if (a.trial.meets && ratio_of(a.trial.passage.interval_s, target) <= 1.0 + tolerance.retime)
+        own[a.trial.candidate].push_back(a);
+  };
+  sort_in(anchors);
+  std::vector<Anchor> found;
+  double spread = kAside;
+  for (int round = 0; round < kLengthRounds; ++round) {
+    Neighbours neighbours(trials, candidates, k, tolerance);
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (own[i].empty()) continue;
+      const auto worth = [&](const Anchor& a) {
+        return a.trial.log_factors(trials.problem(), k, candidates[i].first_amplitude);
+      };
+      const Anchor& best = *std::ranges::max_element(own[i], {}, worth);
+      std::vector<Sample6> samples;
+      for (const Anchor& a : own[i])
+        samples.push_back({a.trial.y - best.trial.y, a.trial.passage.event.length_s - duration});
+      if (const auto model = steepest(samples)) {
+        const double excess = best.trial.passage.event.length_s - duration;
+        const double step = std::clamp(-excess / model->slope, -spread * reach, spread * reach);
+        neighbours.add(best, best.trial.y + step * model->along);
+      }
+      for (int v = 0; v < kAround; ++v) neighbours.add_aside(best, spread, random[i]);
+    }
+    const auto more = neighbours.run();
+    sort_in(more);
+    found.insert(found.end(), more.begin(), more.end());
+    spread *= 0.6;
   }
   return found;
 }

@@ -16,15 +16,17 @@ double ratio_of(double a, double b);  // the larger over the smaller
 struct Closing {
   Vec6 from, along;
   Bracket bracket;
-  Trial best;            // the mildest by f_v f_t that hits; excess infinite if none does
-  double slope_s = 0.0;  // of the lateness along the line, where it was last looked at; 0 if unknown
+  Trial best;              // of those that hit, by the product of its factors; excess infinite if none does
+  double worth = -kNever;  // its logarithm
+  double slope_s = 0.0;    // of the lateness along the line, where it was last looked at; 0 if unknown
   bool open = true;
 };
 
 // Pairs of trials of the same candidate that enclose the mark after event k, the mildest first, each trial
 // used once, at most `most` for a candidate. `used` is set for those that are.
-std::vector<Closing> enclose(std::span<const Trial> trials, std::size_t candidates, std::size_t most,
-                             double target_s, std::vector<char>& used);
+std::vector<Closing> enclose(const Problem& problem, std::span<const Trial> trials,
+                             std::span<const Candidate> candidates, std::size_t k, std::size_t most,
+                             std::vector<char>& used);
 
 // Closes in on the mark.
 void close_in(Trials& trials, std::span<const Candidate> candidates, std::size_t k, double largest_excess,
@@ -41,10 +43,16 @@ struct Anchor {
 std::vector<Anchor> anchors_of(const std::vector<Closing>& closings, double target_s,
                                const Tolerance& tolerance);
 
-// More that come in time: `count` for each anchor, off to its side by up to `spread` of the region's radius
-// and back along its line. Some of them miss.
-std::vector<Trial> vary(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
-                        const Tolerance& tolerance, std::span<const Anchor> anchors, int count, double spread,
-                        std::span<RandomStream> random);
+// More that come in time: `count` for each anchor, off to its side and back along its line. Some of them
+// miss.
+std::vector<Anchor> vary(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
+                         const Tolerance& tolerance, std::span<const Anchor> anchors, int count,
+                         std::span<RandomStream> random);
+
+// More that come in time, and after an event k that lasts as long as its mark: about the best of each
+// candidate's, and where a linear model of the length says. Some of them miss.
+std::vector<Anchor> fit_length(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
+                               const Tolerance& tolerance, std::span<const Anchor> anchors,
+                               std::span<RandomStream> random);
 
 }  // namespace ifa

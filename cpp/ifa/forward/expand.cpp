@@ -5,15 +5,17 @@
 
 #include "ifa/forward/closing.hpp"
 #include "ifa/forward/steepest.hpp"
+#include "ifa/forward/track.hpp"
 
 namespace ifa {
 namespace {
 
-constexpr int kScattered = 8;          // changes tried for a candidate in one round
-constexpr double kAside = 0.5;         // of the region's radius: how far variants lie apart
-constexpr double kSecondWeight = 0.3;  // of what is seen beyond the next mark, where changes will matter
-constexpr double kEdge = 0.99;         // of the region's radius: as far as a change goes along a line
-constexpr double kOvershoot = 1.2;     // beyond where the mark should be, so that it is enclosed
+constexpr std::size_t kLengthClosings = 3;  // root searches of the last event's length for a candidate
+constexpr int kScattered = 8;               // changes tried for a candidate in one round
+constexpr double kAside = 0.5;              // of the region's radius: how far variants lie apart
+constexpr double kSecondWeight = 0.3;       // of what is seen beyond the next mark, where changes will matter
+constexpr double kEdge = 0.99;              // of the region's radius: as far as a change goes along a line
+constexpr double kOvershoot = 1.2;          // beyond where the mark should be, so that it is enclosed
 
 bool hits_at_all(const Passage& passage) {
   return passage.next == Next::hit || passage.next == Next::dubious;
@@ -32,10 +34,6 @@ void for_each_candidate(std::span<const Trial> trials, std::size_t candidates, U
 }
 
 }  // namespace
-
-bool ends_as_asked(const Passage& passage, Ending ending) {
-  return passage.next != Next::dubious && (ending == Ending::open || passage.next == Next::rest);
-}
 
 std::vector<Trial> Expander::scatter(std::span<const Candidate> parents, std::size_t k,
                                      const ExpandOptions& options, std::span<RandomStream> random) {
@@ -78,8 +76,8 @@ void Expander::expand(std::span<const Candidate> parents, std::size_t first, std
   if (!options.first_round)  // it has been a child before
     std::fill(used.begin() + static_cast<std::ptrdiff_t>(scattered), used.end(), char{1});
 
-  auto closings = enclose(trials, parents.size(), static_cast<std::size_t>(options.proposals),
-                          trials_.problem().target_s(k), used);
+  auto closings =
+      enclose(trials_.problem(), trials, parents, k, static_cast<std::size_t>(options.proposals), used);
   close_in(trials_, parents, k, options.tolerance.excess, closings);
 
   const auto add = [&](const Trial& t) {
@@ -88,10 +86,13 @@ void Expander::expand(std::span<const Candidate> parents, std::size_t first, std
   for (std::size_t t = 0; t < trials.size(); ++t)
     if (!used[t]) add(trials[t]);
   for (const Closing& c : closings) add(c.best);
-  const auto anchors = anchors_of(closings, trials_.problem().target_s(k), options.tolerance);
-  for (const Trial& t :
-       vary(trials_, parents, k, options.tolerance, anchors, options.variants, kAside, random))
-    add(t);
+  auto anchors = anchors_of(closings, trials_.problem().target_s(k), options.tolerance);
+  const auto varied = vary(trials_, parents, k, options.tolerance, anchors, options.variants, random);
+  for (const Anchor& a : varied) add(a.trial);
+  if (trials_.problem().marks.durations_s[k] > 0.0) {
+    anchors.insert(anchors.end(), varied.begin(), varied.end());
+    for (const Anchor& a : fit_length(trials_, parents, k, options.tolerance, anchors, random)) add(a.trial);
+  }
   look_ahead(std::span(children).subspan(begin), k + 1);
 }
 
@@ -103,13 +104,22 @@ void Expander::follow(std::span<const Candidate> parents, std::size_t first, std
   look_ahead(std::span(children).subspan(begin), k + 1);
 }
 
+void Expander::track(std::span<const Candidate> parents, std::size_t first, std::size_t k, const Link& link,
+                     const Onset& wanted, std::span<RandomStream> random, std::vector<Candidate>& children) {
+  const std::size_t begin = children.size();
+  const Vec6 y = trials_.change(link.onset, link.leave.after);
+  for (const Trial& t : ifa::track(trials_, parents, k, wanted, y, random))
+    add_child(parents[t.candidate], first + t.candidate, k, kPlausible, t, children);
+  look_ahead(std::span(children).subspan(begin), k + 1);
+}
+
 void Expander::add_child(const Candidate& parent, std::size_t index, std::size_t k,
                          const Tolerance& tolerance, const Trial& trial,
                          std::vector<Candidate>& children) const {
   const Problem& problem = trials_.problem();
   const Marks& marks = problem.marks;
   const Passage& passage = trial.passage;
-  if (passage.next != Next::hit || trial.excess > tolerance.excess) return;
+  if (!trial.meets || trial.excess > tolerance.excess) return;
   const double interval = passage.interval_s, target = problem.target_s(k);
   const double ratio = ratio_of(interval, target);
   if (ratio > 1.0 + tolerance.retime) return;
@@ -125,11 +135,10 @@ void Expander::add_child(const Candidate& parent, std::size_t index, std::size_t
   child.body = trials_.body_index();
   child.from = {trial.after, trial.excess, interval};
   child.first_amplitude = k == 0 ? passage.event.amplitude : parent.first_amplitude;
-  Factors f = sound_factors(passage.event, marks, k, child.first_amplitude);
-  f.velocity = velocity_factor(trial.excess);
-  f.time = time_factor(interval, target);
-  child.log_weight = parent.log_weight + log_product(f);
-  const bool plausible = trial.excess <= kPlausible.excess && ratio <= 1.0 + kPlausible.retime;
+  const double log_factors = trial.log_factors(problem, k, parent.first_amplitude);
+  child.log_weight = parent.log_weight + log_factors;
+  const bool plausible = trial.excess <= kPlausible.excess && ratio <= 1.0 + kPlausible.retime &&
+                         log_factors >= kLeastLogFactors;
   child.violations = parent.violations + (plausible ? 0 : 1);
   child.stretched = parent.stretched + (ratio > 1.0 + kUnnoticed ? 1 : 0);
   children.push_back(child);
@@ -168,7 +177,11 @@ void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
     Candidate& c = candidates[i];
     const double miss1 = miss(passages[i], k);
     c.outlook = -0.5 * miss1 * miss1;
-    if (k > 0) c.outlook += log_product(sound_factors(passages[i].event, marks, k, c.first_amplitude));
+    if (k > 0) {
+      const double log_sound = trials_.problem().log_sound(passages[i].event, k, c.first_amplitude);
+      const double amiss = std::max(0.0, kLeastLogFactors - log_sound);  // a change may yet mend it
+      c.outlook += log_sound + amiss - std::log1p(amiss);
+    }
     if (k + 1 < marks.size()) {
       if (passages[i].next == Next::hit && std::abs(miss1) < 2.0) {
         of.push_back(i);
@@ -177,6 +190,11 @@ void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
         c.outlook -= kSecondWeight * 2.0;
       }
     }
+    constexpr double kTooFast = 0.3;
+    const double travel = c.onset.after.velocity.head<2>().norm();
+    const double too_fast =
+        std::max(0.0, travel / trials_.problem().travel_budget_m_s(trials_.body_index(), k) - 1.0) / kTooFast;
+    c.outlook -= 0.5 * too_fast * too_fast;
     c.unchanged = std::make_shared<const Passage>(std::move(passages[i]));
   }
   if (k + 1 >= marks.size()) return;
@@ -193,9 +211,16 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
   const std::size_t k = problem.marks.size() - 1;
   const Ending ending = problem.marks.ending;
   const double edge = kEdge * std::sqrt(largest_excess);
-  // How far a passage is from the ending: 0 as asked, else by the loudness of the hit that is too much.
+  const auto log_factors = [&](const Trial& t) {
+    return t.log_factors(problem, k, candidates[t.candidate].first_amplitude);
+  };
+  // How far a trial is from the ending: 0 as asked; less than 0.5 if only its sound is amiss, else by the
+  // loudness of the hit that is too much.
   const auto flaw = [&](const Trial& t) {
-    if (ends_as_asked(t.passage, ending)) return 0.0;
+    if (ends_as_asked(t.passage, ending)) {
+      const double amiss = std::max(0.0, kLeastLogFactors - log_factors(t));
+      return 0.5 * std::min(1.0, 0.1 * std::log1p(amiss));
+    }
     if (!hits_at_all(t.passage)) return 1.0;
     return 0.5 +
            std::log1p(t.passage.onset.hit.approach_speed_m_s / problem.physics.hearing.audible_speed_m_s);
@@ -206,6 +231,14 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
     done[i].excess = kNever;
     best[i] = trials_.unchanged(candidates, i, k);
   }
+  const auto keep = [&](const Trial& t) {
+    if (flaw(t) < flaw(best[t.candidate])) best[t.candidate] = t;
+    Trial& d = done[t.candidate];
+    if (t.meets && (!std::isfinite(d.excess) || log_factors(t) > log_factors(d))) d = t;
+  };
+  std::vector<Trial> ended;  // for root searches of the length
+  for (const Trial& t : best)
+    if (t.meets) ended.push_back(t);
   for (int round = 0; round < rounds; ++round) {
     std::vector<Trial> trials;
     const auto add = [&](std::vector<Trial>& to, std::size_t i, Vec6 y) {
@@ -214,7 +247,7 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
     };
     const double spread = std::pow(0.6, round);  // about the best so far
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      if (std::isfinite(done[i].excess)) continue;
+      if (flaw(best[i]) == 0.0) continue;
       for (int j = 0; j < kScattered; ++j)
         add(trials, i, best[i].y + spread * random_change(largest_excess, random[i]));
     }
@@ -229,9 +262,16 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
     trials_.run(candidates, k, steps);
     trials.insert(trials.end(), steps.begin(), steps.end());
     for (const Trial& t : trials) {
-      if (flaw(t) < flaw(best[t.candidate])) best[t.candidate] = t;
-      if (flaw(t) == 0.0 && t.excess < done[t.candidate].excess) done[t.candidate] = t;
+      keep(t);
+      if (t.meets) ended.push_back(t);
     }
+  }
+  if (problem.marks.durations_s[k] > 0.0) {
+    std::vector<char> used(ended.size(), 0);
+    auto closings = enclose(problem, ended, candidates, k, kLengthClosings, used);
+    close_in(trials_, candidates, k, largest_excess, closings);
+    for (const Closing& c : closings)
+      if (c.best.meets) keep(c.best);
   }
   return done;
 }

@@ -31,6 +31,11 @@ class Expander {
   void follow(std::span<const Candidate> parents, std::size_t first, std::size_t k,
               std::vector<Candidate>& children);
 
+  // The children that keep to a known motion, which struck as `wanted` after it had left event k as `link`
+  // says.
+  void track(std::span<const Candidate> parents, std::size_t first, std::size_t k, const Link& link,
+             const Onset& wanted, std::span<RandomStream> random, std::vector<Candidate>& children);
+
   // Lets candidates at event k go on unchanged, and guesses how well the next mark, or the ending, will be
   // met.
   void look_ahead(std::span<Candidate> candidates, std::size_t k);
@@ -53,8 +58,5 @@ class Expander {
 
   Trials trials_;
 };
-
-// Whether a passage that leaves the last event ends as the marks ask.
-bool ends_as_asked(const Passage& passage, Ending ending);
 
 }  // namespace ifa

@@ -1,18 +1,38 @@
 #include "ifa/forward/materials.hpp"
 
+#include <algorithm>
 #include <cmath>
 
-namespace ifa {
+#include "ifa/forward/estimate.hpp"
 
-std::vector<Material> materials_to_try(const Body& body, const Marks&, bool fit) {
+namespace ifa {
+namespace {
+
+bool alike(const Material& a, const Material& b) {
+  constexpr double kRestitution = 0.04, kFriction = 0.05;
+  return std::abs(a.restitution - b.restitution) < kRestitution &&
+         std::abs(a.friction - b.friction) < kFriction;
+}
+
+}  // namespace
+
+std::vector<Material> materials_to_try(const Body& body, const Marks& marks, bool fit) {
   std::vector<Material> materials{body.material()};
   if (!fit) return materials;
-  for (const double restitution : {0.6, 0.45, 0.3, 0.75}) {
-    if (std::abs(restitution - body.material().restitution) < 0.05) continue;
+  const auto add = [&](double restitution, double friction) {
     Material material = body.material();
     material.restitution = restitution;
-    materials.push_back(material);
-  }
+    material.friction = friction;
+    if (std::ranges::none_of(materials, [&](const Material& m) { return alike(m, material); }))
+      materials.push_back(material);
+  };
+  const Estimate said = estimate(body, marks);
+  const double mu = body.material().friction;
+  if (said.restitution_from_gaps) add(said.restitution, mu);
+  if (said.ball) return materials;
+  // What dice and the like can tell apart: restitution above all. Friction hardly shows in when hits come.
+  for (const double e : {0.3, 0.45, 0.6, 0.75}) add(e, mu);
+  for (const double other : {0.15, 0.5}) add(0.45, other);
   return materials;
 }
 

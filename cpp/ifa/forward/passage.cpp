@@ -18,7 +18,7 @@ Hit hit_of(double time_s, const lanes::HitData& data) {
 }  // namespace
 
 Listener::Listener(const SearchPhysics& physics, const Departure& departure)
-    : physics_(&physics), span_s_(departure.span_s), event_(physics.hearing, departure.span_s) {
+    : physics_(&physics), event_(physics.hearing, departure.span_s) {
   event_.begin(departure.first);
 }
 
@@ -35,13 +35,9 @@ bool Listener::begins_next(double time_s, double approach_speed_m_s) {
   }
   // The end of a contact can be told sharply; a third of all motions have a flight within 5 % of the gap.
   const double margin = contact ? kContactMargin : physics_->margin;
-  const double gap = time_s - event_.last_s();
-  if (!event_.chains(time_s)) {
-    dubious_ |= gap < hearing.merge_gap_s * (1.0 + margin);
-    return true;
-  }
-  dubious_ |= gap > hearing.merge_gap_s * (1.0 - margin) && (contact || span_s_ == 0.0);
-  return false;
+  if (const auto gap = event_.judged_gap_s(time_s))
+    dubious_ |= std::abs(*gap / hearing.merge_gap_s - 1.0) < margin;
+  return !event_.chains(time_s);
 }
 
 void Listener::add(const Hit& hit) {

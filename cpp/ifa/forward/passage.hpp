@@ -67,7 +67,6 @@ class Listener {
 
  private:
   const SearchPhysics* physics_;
-  double span_s_;
   EventBuilder event_;
   bool dubious_ = false;
   int impacts_ = 0;

@@ -9,9 +9,9 @@
 namespace ifa {
 namespace {
 
-constexpr double kLeastLeadIn_s = 0.1;     // before the first mark, even where the sound begins with it
-constexpr double kStillAtEnd_s = 0.1;      // shown after coming to rest
-constexpr int kMostUnasked = 200;          // audible hits after the last mark that was reached
+constexpr double kLeastLeadIn_s = 0.1;  // before the first mark, even where the sound begins with it
+constexpr double kStillAtEnd_s = 0.1;   // shown after coming to rest
+constexpr double kMostUnasked_s = 3.0;  // shown after the last mark that was reached, where it does not rest
 constexpr double kTailBeforeHit_s = 2e-3;  // an open motion ends this long before a hit that no mark asks for
 
 // What `succeeded` and `plausible` mean (CONVENTIONS.md).
@@ -112,7 +112,10 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
     hits.push_back(first);
 
     Record record;
-    const double limit = last ? (rest ? kLongestRest_s : kOpenTail_s) : kNever;
+    const double limit = !last            ? kNever
+                         : !rest          ? kOpenTail_s
+                         : found.complete ? kLongestRest_s
+                                          : kMostUnasked_s;
     Passage passage = record_passage(
         body, physics, {link.onset.hit, link.leave.after, marks.durations_s[k], limit}, record, progress);
     append(whole, record, now);
@@ -139,7 +142,8 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
       event.excess = std::max(event.excess, link.leave.excess);
       event.factors.velocity *= velocity_factor(link.leave.excess);
       // What no mark asked for, or could have, goes as physics has it, to rest.
-      for (int more = 0; rest && passage.next != Next::rest && more < kMostUnasked; ++more) {
+      const double give_up_s = now + kMostUnasked_s;
+      while (rest && passage.next != Next::rest && passage.next != Next::late) {
         now += passage.interval_s;
         nodes.push_back({now, passage.end, nodes.back().phase});
         const Onset onset = strike(body, physics, passage.end);
@@ -147,8 +151,8 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
         hit.time_s = now;
         hits.push_back(hit);
         Record unasked;
-        passage =
-            record_passage(body, physics, {onset.hit, onset.after, 0.0, kLongestRest_s}, unasked, progress);
+        passage = record_passage(body, physics, {onset.hit, onset.after, 0.0, std::max(0.0, give_up_s - now)},
+                                 unasked, progress);
         append(whole, unasked, now);
       }
       end = now + passage.interval_s;

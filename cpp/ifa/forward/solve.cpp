@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "ifa/base/message.hpp"
 #include "ifa/forward/kept.hpp"
@@ -18,6 +19,8 @@ struct Rung {
 };
 constexpr Rung kLadder[] = {{40, 3}, {120, 3}, {360, 3}, {1080, 3}, {3240, 3}};
 
+constexpr double kMost = 0.8;
+constexpr int kTrackedRungs = 1;   // while a known motion is kept to
 constexpr int kMostSearches = 12;  // of one rung, for the takes that the first one lacks
 
 void check(const SolveOptions& options) {
@@ -45,6 +48,7 @@ class Solver {
   Solution solve() {
     if (options_.reuse) go_on(*options_.reuse);
     if (takes_.empty() || !takes_.front().plausible) climb();
+    if (!takes_.empty() && takes_.front().plausible) add_takes();
     if (progress_) progress_->raise_to(1.0);
     if (takes_.empty())
       throw NoMotionError("no first contact was found from which a flight could reach " +
@@ -85,14 +89,24 @@ class Solver {
   void go_on(const KeptSearch& before) {
     const std::size_t same = std::min(marks_in_common(before.marks, kept_.marks), before.beam.levels.size());
     if (same == 0) return;
-    kept_.bodies = before.bodies;  // the levels refer to them
-    for (int rung = 0; rung <= before.rung; ++rung) {
+    const std::vector<Body> own = std::exchange(kept_.bodies, before.bodies);  // the levels refer to them
+    for (int rung = 0; rung <= kTrackedRungs && options_.takes == 1; ++rung) {
+      Progress part(progress_, 0.0, 0.0);  // how far this leads is open
+      Beam tracked = track_beam(problem(), beam_options(rung), &part, before.beam, same);
+      if (tracked.leaves.empty()) continue;
+      auto takes = takes_of(tracked);
+      offer(std::move(tracked), std::move(takes), rung);
+      if (takes_.front().plausible) return;
+    }
+    const int last = options_.rung >= 0 ? std::min(options_.rung, before.rung) : before.rung;
+    for (int rung = 0; rung <= last; ++rung) {
       Progress part(progress_, 0.0, 0.0);  // how far this leads is open
       Beam beam = search_beam(problem(), beam_options(rung), &part, &before.beam, same);
       auto takes = takes_of(beam);
       offer(std::move(beam), std::move(takes), rung);
       if (takes_.front().plausible) return;
     }
+    kept_.bodies = own;
   }
 
   void climb() {
@@ -102,17 +116,16 @@ class Solver {
     double rung_s = 0.0;
     for (int rung = first; rung <= last; ++rung) {
       // A rung costs about as much more than the last one as it is larger; if it fails early, less. One that
-      // would not get half done within the budget is not begun.
+      // would not get most of it done within the budget is not begun.
       const double rung_began = seconds_gone();
       if (rung > first) {
         const double more = static_cast<double>(kLadder[rung].beam) / kLadder[rung - 1].beam;
-        if (rung_began + 0.5 * more * rung_s > options_.time_budget_s) return;
+        if (rung_began + kMost * more * rung_s > options_.time_budget_s) return;
       }
       Progress part(progress_, (rung - first) / parts, (rung - first + 1) / parts);
       Beam beam = search_beam(problem(), beam_options(rung), &part);
       if (!beam.levels.empty()) {
         auto takes = takes_of(beam);
-        if (takes.front().plausible) add_takes(rung, takes);
         offer(std::move(beam), std::move(takes), rung);
         if (takes_.front().plausible) return;
       }
@@ -120,19 +133,23 @@ class Solver {
     }
   }
 
-  // Takes that the rung's first search lacks, from more of the same with other random numbers.
-  void add_takes(int rung, std::vector<Solution>& takes) {
-    for (int search = 1; search < kMostSearches && takes.size() < static_cast<std::size_t>(options_.takes);
+  // Takes that the beam lacks, from more searches of its rung with other random numbers.
+  void add_takes() {
+    const int rung = takes_.front().rung;
+    for (int search = 1; search < kMostSearches && takes_.size() < static_cast<std::size_t>(options_.takes);
          ++search) {
       BeamOptions other = beam_options(rung);
       other.seed += 0x9E3779B97F4A7C15u * static_cast<std::uint64_t>(search);
       Progress part(progress_, 0.0, 0.0);
       const Beam beam = search_beam(problem(), other, &part);
       if (beam.leaves.empty()) continue;
-      auto more = best_takes(problem(), beam, options_.takes, options_.lead_in_s, takes, progress_);
-      std::move(more.begin(), more.end(), std::back_inserter(takes));
+      for (Solution& s : best_takes(problem(), beam, options_.takes, options_.lead_in_s, takes_, progress_)) {
+        s.rung = rung;
+        s.simulated_s = beam.simulated_s;
+        takes_.push_back(std::move(s));
+      }
     }
-    std::stable_sort(takes.begin(), takes.end(), better);
+    std::stable_sort(takes_.begin() + 1, takes_.end(), better);
   }
 
   const SolveOptions& options_;

@@ -54,7 +54,7 @@ struct Solution {
   double simulated_s = 0.0;                  // in all, on the motion's own rung
   double restitution = 0.0, friction = 0.0;  // that the motion was made with
   int rung = 0;
-  std::vector<Solution> others;  // further takes, best first
+  std::vector<Solution> others;  // further takes, best first; this motion is the one that `takes` = 1 gives
   std::shared_ptr<const KeptSearch> kept;
 };
 

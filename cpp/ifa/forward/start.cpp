@@ -177,6 +177,7 @@ void begin_candidates(const Problem& problem, int body_index, Passages& passages
   const bool single = marks.size() == 1;
   std::vector<Throw> throws;
   for (RandomStream& r : random) {
+    if (progress) progress->throw_if_cancelled();
     const auto sampled = single && marks.ending == Ending::rest
                              ? sample_touchdown(body, problem.physics, start, r)
                              : sample_start(body, problem.physics, start, r);
@@ -194,6 +195,8 @@ void begin_candidates(const Problem& problem, int body_index, Passages& passages
     if (any && !single) {
       if (speed == 0.0) continue;
       s.velocity = speed * t.heading;
+      constexpr double kTooFast = 2.0;  // the first impact takes some
+      if (s.velocity.head<2>().norm() > kTooFast * problem.travel_budget_m_s(body_index, 0)) continue;
       if (clear_before(body, s, gravity, start.clear_s) < start.clear_s) continue;
     }
     states.push_back(s);

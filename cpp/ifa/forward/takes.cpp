@@ -9,7 +9,8 @@
 namespace ifa {
 namespace {
 
-constexpr int kMostTried = 40;  // leaves made into motions for each take
+constexpr std::size_t kMostSecond = 8;  // leaves made into motions in search of the best one
+constexpr int kMostTried = 40;          // leaves made into motions for each take
 
 }  // namespace
 
@@ -23,6 +24,12 @@ std::vector<Solution> best_takes(const Problem& problem, const Beam& beam, int t
   std::vector<Solution> found;
   if (before.empty()) {
     found.push_back(solution_of(best_of(beam)));
+    // Measured as a whole, a motion may turn out worse than its leaf promised.
+    const std::size_t more = std::min(beam.leaves.size(), kMostSecond);
+    for (std::size_t i = 1; i < more && !found.front().plausible && beam.leaves[i].violations == 0; ++i) {
+      Solution other = solution_of(trace(beam, beam.leaves[i]));
+      if (better(other, found.front())) found.front() = std::move(other);
+    }
     if (takes == 1) return found;
   }
   const double from = marks.times_s.front();
@@ -33,7 +40,7 @@ std::vector<Solution> best_takes(const Problem& problem, const Beam& beam, int t
   };
   const Solution& best = before.empty() ? found.front() : before.front();
   const bool plausible = best.plausible;
-  // Leaves of one start are alike: one of each, then the rest.
+  // Leaves of one start are alike: one of each.
   std::vector<const Leaf*> order;
   std::set<int> starts;
   const auto start_of = [&](const Leaf& leaf) {
@@ -43,7 +50,7 @@ std::vector<Solution> best_takes(const Problem& problem, const Beam& beam, int t
     if (starts.insert(start_of(leaf)).second) order.push_back(&leaf);
   const std::size_t tries = std::min(order.size(), static_cast<std::size_t>(kMostTried * takes));
   for (std::size_t i = 0; i < tries && before.size() + found.size() < static_cast<std::size_t>(takes); ++i) {
-    Solution solution = solution_of(trace(beam, order[i]->candidate, order[i]->leave));
+    Solution solution = solution_of(trace(beam, *order[i]));
     if (!(plausible ? solution.plausible : solution.succeeded)) continue;
     const auto other = [&](const Solution& s) { return different(s, solution); };
     if (std::ranges::all_of(found, other) && std::ranges::all_of(before, other))

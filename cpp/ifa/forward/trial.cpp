@@ -15,15 +15,31 @@ double limit_s(const Problem& problem, const Body& body, std::size_t k, const St
   // Without friction what slides never stops, and is not worth watching.
   const bool stops = body.material().friction > 0.0 ||
                      after.velocity.head<2>().norm() < problem.physics.simulation.rest_speed_m_s;
-  return stops ? kLongestRest_s : 0.0;
+  if (!stops) return 0.0;
+  // A contact that goes on longer than its mark has no length factor left (eq. 7: 0.1 s costs all of it).
+  constexpr double kLonger_s = 1.0;
+  const bool contact = problem.physics.hearing.events == Events::contact;
+  return contact ? problem.marks.durations_s[k] + kLonger_s : kLongestRest_s;
 }
 
-double lateness_s(const Problem& problem, std::size_t k, const Passage& passage) {
-  const bool hit = passage.next == Next::hit || passage.next == Next::dubious;
-  return hit && k + 1 < problem.marks.size() ? passage.interval_s - problem.target_s(k) : kNever;
+void judge(const Problem& problem, std::size_t k, Trial& trial) {
+  const Passage& passage = trial.passage;
+  trial.lateness_s = kNever;
+  if (k + 1 == problem.marks.size()) {
+    trial.meets = ends_as_asked(passage, problem.marks.ending);
+    if (trial.meets) trial.lateness_s = passage.event.length_s - problem.marks.durations_s[k];
+  } else {
+    trial.meets = passage.next == Next::hit;
+    if (trial.meets || passage.next == Next::dubious)
+      trial.lateness_s = passage.interval_s - problem.target_s(k);
+  }
 }
 
 }  // namespace
+
+bool ends_as_asked(const Passage& passage, Ending ending) {
+  return passage.next != Next::dubious && (ending == Ending::open || passage.next == Next::rest);
+}
 
 Trials::Trials(const Problem& problem, int body, const Progress* progress)
     : problem_(problem),
@@ -35,9 +51,7 @@ Trials::Trials(const Problem& problem, int body, const Progress* progress)
 std::optional<Trial> Trials::propose(std::span<const Candidate> candidates, std::size_t index, const Vec6& y,
                                      double largest_excess) const {
   const Onset& onset = candidates[index].onset;
-  const PlausibleRegion region(onset.after.velocity - onset.before.velocity,
-                               onset.after.angular_velocity - onset.before.angular_velocity,
-                               body_.bounding_radius_m());
+  const PlausibleRegion region = this->region(onset);
   Trial trial;
   trial.candidate = index;
   trial.y = y;
@@ -56,12 +70,23 @@ std::optional<Trial> Trials::propose(std::span<const Candidate> candidates, std:
   return trial;
 }
 
+PlausibleRegion Trials::region(const Onset& onset) const {
+  return PlausibleRegion(onset.after.velocity - onset.before.velocity,
+                         onset.after.angular_velocity - onset.before.angular_velocity,
+                         body_.bounding_radius_m());
+}
+
+Vec6 Trials::change(const Onset& onset, const State& after) const {
+  return region(onset).coordinates(after.velocity - onset.after.velocity,
+                                   after.angular_velocity - onset.after.angular_velocity);
+}
+
 Trial Trials::unchanged(std::span<const Candidate> candidates, std::size_t index, std::size_t k) const {
   Trial trial;
   trial.candidate = index;
   trial.after = candidates[index].onset.after;
   trial.passage = *candidates[index].unchanged;
-  trial.lateness_s = lateness_s(problem_, k, trial.passage);
+  judge(problem_, k, trial);
   return trial;
 }
 
@@ -74,7 +99,7 @@ void Trials::run(std::span<const Candidate> candidates, std::size_t k, std::span
   passages_.run(departures_, arrivals_, progress_);
   for (std::size_t i = 0; i < trials.size(); ++i) {
     trials[i].passage = arrivals_[i];
-    trials[i].lateness_s = lateness_s(problem_, k, arrivals_[i]);
+    judge(problem_, k, trials[i]);
   }
 }
 
@@ -86,6 +111,13 @@ std::vector<Passage> Trials::follow(std::span<const Onset> onsets, std::size_t k
   std::vector<Passage> passages(onsets.size());
   passages_.run(departures_, passages, progress_);
   return passages;
+}
+
+double Trial::log_factors(const Problem& problem, std::size_t k, double first_amplitude) const {
+  double sum = -excess + problem.log_sound(passage.event, k, first_amplitude);  // eq. 3
+  if (meets && k + 1 < problem.marks.size())
+    sum += std::log(std::max(1e-300, time_factor(passage.interval_s, problem.target_s(k))));
+  return sum;
 }
 
 Vec6 random_change(double largest_excess, RandomStream& random) {

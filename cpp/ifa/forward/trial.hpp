@@ -20,9 +20,13 @@ struct Trial {
   State after;
   double excess = 0.0;
   Passage passage;
-  double lateness_s = kNever;  // at the next mark; infinite where no hit came
+  // At the next mark; of the last event, by how much it lasts longer than its mark. Infinite where no hit
+  // came, or the motion does not end as asked.
+  double lateness_s = kNever;
+  bool meets = false;  // a hit that can be told, or the ending as asked
 
-  bool hits() const { return passage.next == Next::hit; }
+  // Log of all factors of the event k that it leaves and, where it hits, of the way to the next.
+  double log_factors(const Problem& problem, std::size_t k, double first_amplitude) const;
 };
 
 // Works on candidates of one body that are at one event.
@@ -34,6 +38,9 @@ class Trials {
   // than it came with and the gain that is granted (f_E, paper eq. 10).
   std::optional<Trial> propose(std::span<const Candidate> candidates, std::size_t index, const Vec6& y,
                                double largest_excess) const;
+
+  // The change that leaves `onset` with `after`.
+  Vec6 change(const Onset& onset, const State& after) const;
 
   // What look_ahead has seen.
   Trial unchanged(std::span<const Candidate> candidates, std::size_t index, std::size_t k) const;
@@ -50,6 +57,8 @@ class Trials {
   Passages& passages() { return passages_; }
 
  private:
+  PlausibleRegion region(const Onset& onset) const;
+
   const Problem& problem_;
   int body_index_;
   const Body& body_;
@@ -58,6 +67,9 @@ class Trials {
   std::vector<Departure> departures_;
   std::vector<Passage> arrivals_;
 };
+
+// Whether a passage that leaves the last event ends as the marks ask.
+bool ends_as_asked(const Passage& passage, Ending ending);
 
 // A random point of the ball in which |y|^2 is at most `largest_excess`, mild ones more often than evenly.
 Vec6 random_change(double largest_excess, RandomStream& random);

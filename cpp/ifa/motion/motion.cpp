@@ -20,9 +20,10 @@ double map_linear(const std::vector<double>& from, const std::vector<double>& to
 
 // Cubics through both positions and both orientations (as rotation vectors from the first) with both
 // velocities: a contact step turns the body by 0.05 rad at most, over which these differ from the body's own
-// by its cube. Where the way is not that of the mean velocity (a body that settles moves by the velocity at
-// the end), a straight line.
-State between(const Node& a, const Node& b, double t) {
+// by its cube. A body that settles moves by the velocity at the end of the step: a straight line. Elsewhere
+// the way may differ a little from that of the mean velocity, by what puts the points back on the ground;
+// the end's velocity must show all the same, since an impact may follow.
+State between(const Node& a, const Node& b, double t, double radius_m) {
   const double length = b.time_s - a.time_s, u = (t - a.time_s) / length;
   const double u2 = u * u, u3 = u2 * u;
   Quat turn = b.state.orientation * a.state.orientation.conjugate();
@@ -30,10 +31,12 @@ State between(const Node& a, const Node& b, double t) {
   const Vec3 way = b.state.position - a.state.position, theta = rotation_log(turn);
   const Vec3 &v0 = a.state.velocity, &v1 = b.state.velocity;
   const Vec3 &w0 = a.state.angular_velocity, &w1 = b.state.angular_velocity;
-  constexpr double kConsistent =
-      0.25;  // of the change of velocity; 0.5 where a body settles, near 0 elsewhere
-  const bool smooth = (way / length - 0.5 * (v0 + v1)).norm() <= kConsistent * (v1 - v0).norm() &&
-                      (theta / length - 0.5 * (w0 + w1)).norm() <= kConsistent * (w1 - w0).norm();
+  constexpr double kSettled = 0.25;  // of the change of velocity: 0 where a body settles, elsewhere about 0.5
+  const auto speed2 = [&](const Vec3& v, const Vec3& w) {
+    return v.squaredNorm() + radius_m * radius_m * w.squaredNorm();
+  };
+  const bool smooth =
+      speed2(way / length - v1, theta / length - w1) >= kSettled * kSettled * speed2(v1 - v0, w1 - w0);
   const auto path = [&](const Vec3& change, const Vec3& first, const Vec3& last) {
     if (!smooth) return Vec3(u * change);
     return Vec3((3 * u2 - 2 * u3) * change + (u3 - 2 * u2 + u) * length * first + (u3 - u2) * length * last);
@@ -114,7 +117,7 @@ std::vector<State> Motion::sample(const std::vector<double>& times_s, Side side)
           }
           s = flight.at(t - a.time_s);
         } else {
-          s = between(a, b, t);
+          s = between(a, b, t, body_.bounding_radius_m());
         }
       }
     }
@@ -129,23 +132,38 @@ std::vector<State> Motion::sample(const std::vector<double>& times_s, Side side)
 }
 
 std::vector<double> Motion::dense_times(double rate_hz) const {
+  constexpr double kLeastSteps = 5.0;
+  // Of a step at the given rate: steps of contact shorter than the first are followed, down to the second,
+  // just below the shortest that follows a circular edge. What is shorter is a step that an impact cut.
+  constexpr double kFollowed = 0.75, kFinest = 1.0 / 150.0;
+  const auto steps_in = [](double steps) { return static_cast<int>(std::ceil(steps * (1.0 - 1e-9))); };
   std::vector<double> breaks{start_s()};
   for (const Hit& h : hits()) breaks.push_back(h.time_s);
   for (const double t : time_.motion_s) breaks.push_back(t);
   breaks.push_back(end_s());
   std::sort(breaks.begin(), breaks.end());
   std::vector<double> times{start_s()};
+  std::size_t node = 0;
   for (const double end : breaks) {
     const double begin = times.back();
     if (end <= begin || end > end_s()) continue;
-    constexpr int kLeastSteps = 5;
-    const int steps =
-        std::max(kLeastSteps, static_cast<int>(std::ceil((end - begin) * rate_hz * (1.0 + 1e-9))));
-    for (int i = 1; i < steps; ++i) {
-      const double t = begin + (end - begin) * i / steps;
-      if (t > times.back() && t < end) times.push_back(t);
+    const auto go_to = [&](double to) {
+      const double from = times.back(), length = to - from;
+      const int steps = steps_in(std::max(length * rate_hz, kLeastSteps * length / (end - begin)));
+      for (int i = 1; i < steps; ++i) {
+        const double t = from + length * i / steps;
+        if (t > times.back() && t < to) times.push_back(t);
+      }
+      times.push_back(to);
+    };
+    for (; node + 1 < nodes_.size(); ++node) {
+      const double t = time_.to_motion(nodes_[node].time_s);
+      if (t >= end) break;
+      if (nodes_[node].phase != Phase::contact) continue;
+      const double step = time_.to_motion(nodes_[node + 1].time_s) - t;
+      if (step * rate_hz < kFollowed && std::min(t - times.back(), end - t) * rate_hz >= kFinest) go_to(t);
     }
-    times.push_back(end);
+    go_to(end);
   }
   return times;
 }

@@ -42,7 +42,9 @@ class Motion {
   std::vector<State> sample(const std::vector<double>& times_s, Side side = Side::after) const;
 
   // Times from start to end at `rate_hz` or denser, with every impact instant, and at least five steps
-  // between two of them: enough to find the contacts again from the poses alone.
+  // between two of them: enough to find the contacts again from the poses alone. Where sustained contact was
+  // simulated in shorter steps (a coin that wobbles turns its velocity round within a millisecond), also at
+  // these steps.
   std::vector<double> dense_times(double rate_hz = 1000.0) const;
 
   // How far below the ground a hull point is at the dense times, at most; 0 if none is.

@@ -17,11 +17,13 @@ namespace ifa {
 // `Member` derives from lanes::Sim and holds what the client keeps for one simulation. The client says
 // whether points that approach at the start strike there (kStrikesAtStart), whether it wants loads
 // (kWantsLoads), and has
-//   bool begin(Member&)                              fills in the next simulation; false: there is none left
-//   void impact(Member&)                             at an impact, before it is resolved
-//   bool resolved(Member&, const lanes::HitData&)    after; false ends the simulation
-//   bool loaded(Member&, const lanes::LoadData&)     after a step of sustained contact; false ends the
-//   simulation void ended(Member&, lanes::Stop)                 at rest or at until_s
+//
+//   bool begin(Member&)                            fills in the next simulation; false: there is none left
+//   void impact(Member&)                           at an impact, before it is resolved
+//   bool resolved(Member&, const lanes::HitData&)  after; false ends the simulation
+//   bool loaded(Member&, const lanes::LoadData&)   after a step of contact; false ends the simulation
+//
+//   void ended(Member&, lanes::Stop)               at rest or at until_s
 template <class Member>
 class Flock {
  public:

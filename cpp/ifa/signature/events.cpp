@@ -14,10 +14,10 @@ void EventBuilder::begin(const Hit& first) {
   add(first);
 }
 
-bool EventBuilder::chains(double time_s) const {
-  if (contact()) return time_s - last_s_ < hearing_.merge_gap_s;
-  if (span_s_ > 0.0 && time_s <= event_.time_s + span_s_) return true;
-  return time_s - last_hit_s_ < hearing_.merge_gap_s;
+std::optional<double> EventBuilder::judged_gap_s(double time_s) const {
+  if (contact()) return time_s - last_s_;
+  if (span_s_ > 0.0 && time_s <= event_.time_s + span_s_) return std::nullopt;
+  return time_s - last_hit_s_;
 }
 
 void EventBuilder::add(const Hit& hit) {

@@ -1,6 +1,7 @@
 // The contact-time signature of a motion: what of it is heard, and how that chains into events.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "ifa/rigid/run.hpp"
@@ -19,7 +20,7 @@ struct HearingOptions {
 // An event, timed at its first hit. One shorter than the merge gap is discrete (length 0).
 //
 // Audible: a chain of audible hits. Inside the span of a mark with a duration, slip under load sounds too and
-// hits chain over any gap.
+// hits chain over any gap; from the last hit inside the span the chain goes on beyond it, by the merge gap.
 //
 // Contact: from an impact after a flight of at least the merge gap until the next such flight, impacts of any
 // speed and sustained contact together, shorter flights included. A mark's span excuses nothing.
@@ -47,8 +48,15 @@ class EventBuilder {
     return contact() || hit.approach_speed_m_s >= hearing_.audible_speed_m_s;
   }
 
+  // How long before such a hit at this time the event was last heard (of contact: the flight between), where
+  // that is what decides whether it still belongs to the event; none inside the span, where any does.
+  std::optional<double> judged_gap_s(double time_s) const;
+
   // Whether such a hit at this time still belongs to the event.
-  bool chains(double time_s) const;
+  bool chains(double time_s) const {
+    const std::optional<double> gap_s = judged_gap_s(time_s);
+    return !gap_s || *gap_s < hearing_.merge_gap_s;
+  }
   void add(const Hit& hit);
   // Ignored without a normal impulse; audible events also ignore it outside the span and where nothing slips
   // audibly.

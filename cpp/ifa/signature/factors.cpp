@@ -43,14 +43,17 @@ PlausibleRegion::PlausibleRegion(const Vec3& velocity_change, const Vec3& spin_c
     : linear_(half_axes(velocity_change, kLeastChange, kPhiLinear, kThetaLinear)),
       angular_(half_axes(spin_change, kLeastChange / radius_m, kPhiAngular, kThetaAngular)) {}
 
-double PlausibleRegion::excess(const Vec3& velocity_offset, const Vec3& spin_offset) const {
-  double sum = 0.0;  // the columns are orthogonal: a coordinate is a projection over the squared half axis
+Vec6 PlausibleRegion::coordinates(const Vec3& velocity_offset, const Vec3& spin_offset) const {
+  Vec6 y;  // the columns are orthogonal: a coordinate is a projection over the squared half axis
   for (int i = 0; i < 3; ++i) {
-    const double linear = linear_.col(i).dot(velocity_offset) / linear_.col(i).squaredNorm();
-    const double angular = angular_.col(i).dot(spin_offset) / angular_.col(i).squaredNorm();
-    sum += linear * linear + angular * angular;
+    y[i] = linear_.col(i).dot(velocity_offset) / linear_.col(i).squaredNorm();
+    y[3 + i] = angular_.col(i).dot(spin_offset) / angular_.col(i).squaredNorm();
   }
-  return sum;
+  return y;
+}
+
+double PlausibleRegion::excess(const Vec3& velocity_offset, const Vec3& spin_offset) const {
+  return coordinates(velocity_offset, spin_offset).squaredNorm();
 }
 
 double velocity_factor(double excess) { return std::exp(-excess); }

@@ -21,6 +21,7 @@ class PlausibleRegion {
 
   Vec3 velocity_offset(const Vec6& y) const { return linear_ * y.head<3>(); }
   Vec3 spin_offset(const Vec6& y) const { return angular_ * y.tail<3>(); }
+  Vec6 coordinates(const Vec3& velocity_offset, const Vec3& spin_offset) const;
   double excess(const Vec3& velocity_offset, const Vec3& spin_offset) const;
 
  private:

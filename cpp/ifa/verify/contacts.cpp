@@ -11,6 +11,7 @@ constexpr double kSlowestInFlight =
     0.005;  // m/s; between samples, coming from flight: extrapolation is exact there
 constexpr double kSlowestInContact = 0.03;  // m/s; between samples, coming from sustained contact
 constexpr double kFlightError = 2e-6;       // m, of an extrapolation over one step; single precision included
+constexpr double kHeightError = 2e-7;  // m, of one height against another; twice that of single precision
 // m/s^2: contact forces unknown to the extrapolation (up to about 10 g at a corner).
 constexpr double kContactAcceleration = 100.0;
 
@@ -47,25 +48,59 @@ class Finder {
     const bool last = i + 1 == track_.size();
     const Pose pose{track_.position(i), track_.orientation(i)};
     const Velocity velocity = track_.before(i, first_);
-    double speed = kSlowestAtSample;
-    int hitting = -1;
+    double speed = kSlowestAtSample, later_speed = kSlowestAtSample;
+    int hitting = -1, hitting_later = -1;
     for (int k = 0; k < track_.points(); ++k) {
       if (track_.height(k, i) > track_.touch()) continue;
-      const double approach = -track_.vertical_speed(k, pose, velocity, 0.0);
+      double approach = -track_.vertical_speed(k, pose, velocity, 0.0);
       if (approach <= speed) continue;
-      // An edge that touched at the last sample would be below the ground by now: it rolls, which turns the
-      // momentum faster than a mean over the interval tells.
-      if (track_.on_edge(k) && i - 1 > first_ && track_.height(k, i - 1) <= track_.touch() &&
-          approach * track_.step(i - 1) > 2.0 * track_.touch())
-        continue;
+      // One that touched at the last sample too may roll, which turns the momentum faster than means over
+      // intervals tell; its height then tells more.
+      if (!track_.beside_lowest(k) && stays(k, i)) approach = std::min(approach, sinking(k, i));
+      if (approach <= speed) continue;
       // still moving down as before: the impact comes later
-      if (!last && track_.height(k, i + 1) - track_.height(k, i) < -0.5 * approach * track_.step(i)) continue;
+      if (!last && track_.height(k, i, i + 1) - track_.height(k, i) < -0.5 * approach * track_.step(i))
+        continue;
+      if (lands_later(k, i)) {
+        if (approach <= later_speed) continue;
+        later_speed = approach;
+        hitting_later = k;
+        continue;
+      }
       speed = approach;
       hitting = k;
+    }
+    if (hitting < 0) {
+      hitting = hitting_later;
+      speed = later_speed;
     }
     if (hitting < 0) return false;
     push(track_.time(i), speed, pose, hitting, i, true);
     return true;
+  }
+
+  // Whether the point touches at sample i and at the one before.
+  bool stays(int k, int i) const {
+    return track_.height(k, i) <= track_.touch() && track_.height(k, i - 1) <= track_.touch();
+  }
+
+  // How fast the point comes down just before sample i, by a parabola through its heights.
+  double sinking(int k, int i) const {
+    const double h1 = track_.step(i - 1), d1 = (track_.height(k, i - 1) - track_.height(k, i)) / h1;
+    if (i - 2 < first_) return d1;
+    const double h2 = track_.step(i - 2), d2 = (track_.height(k, i - 2) - track_.height(k, i - 1)) / h2;
+    return d1 + (d1 - d2) * h1 / (h1 + h2);
+  }
+
+  // Above the lowest point and on its way down to the ground: the impact of another point only slowed it.
+  bool lands_later(int k, int i) const {
+    const double height = track_.height(k, i);
+    if (height - track_.lowest(i) <= kHeightError) return false;
+    for (int j = i + 1; j < track_.size(); ++j) {
+      const double change = track_.height(k, i, j) - height;
+      if (std::abs(change) > kHeightError) return change < 0.0;
+    }
+    return false;
   }
 
   // In interval i, from i to i + 1.
@@ -81,6 +116,7 @@ class Finder {
     const double error = kFlightError + (flying ? 0.0 : kContactAcceleration * step * step);
     std::vector<int> through;
     for (int k = 0; k < track_.points(); ++k) {
+      if (stays(k, i) && sinking(k, i) < kSlowestInContact) continue;
       const double expected = track_.height(k, next);
       if (expected < -error && track_.height(k, i + 1) > expected + error && track_.height(k, i) > -error)
         through.push_back(k);

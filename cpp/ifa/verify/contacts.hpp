@@ -26,7 +26,9 @@ struct Impacts {
 // approaching after. Sustained contact shows no such turn: its points move with the ground up to the
 // error of stepping and interpolation (about g times half a step: 0.005 m/s), so nothing is invented there.
 //
-// At samples: a point within Track::touch() of the ground, its approach speed from the samples before.
+// At samples: a point within Track::touch() of the ground, its approach speed from the samples before. Where
+// several come down, those that do so further are not yet there, only slowed by the others' impact. A point
+// that touched at the sample before as well is no faster than its height tells: it may roll.
 // Between samples: the motion extrapolated from the samples before runs into the ground before the next
 // sample, which is not where the extrapolation leads; the instant is the extrapolation's root. No stencil
 // reaches across an earlier impact.

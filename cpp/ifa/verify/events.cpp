@@ -157,6 +157,12 @@ void match_events(const Impacts& impacts, const std::vector<Touch>& touches, con
     c.marks.push_back(check);
   }
 
+  // Events that begin there are asked for: at a met mark, or within the span of one, whose chain may go on
+  // beyond it.
+  std::vector<double> asked = met;
+  if (!contact)
+    for (const Piece& p : pieces)
+      if (in_marked_span(p.begin_s, marks, options.time_tolerance_s)) asked.push_back(p.begin_s);
   const double end = times.back() + (marks.durations_s.empty() ? 0.0 : marks.durations_s.back());
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const double time = pieces[i].begin_s;
@@ -167,10 +173,9 @@ void match_events(const Impacts& impacts, const std::vector<Touch>& touches, con
     if (!c.extra_events_s.empty() && c.extra_events_s.back() == time) continue;  // the impact of this touch
     const bool answers = std::any_of(readings.begin(), readings.end(), [&](const Reading& r) {
       return r.event_of[i] >= 0 &&
-             std::find(met.begin(), met.end(), r.events[r.event_of[i]].time_s) != met.end();
+             std::find(asked.begin(), asked.end(), r.events[r.event_of[i]].time_s) != asked.end();
     });
     if (answers) continue;
-    if (!contact && in_marked_span(time, marks, options.time_tolerance_s)) continue;
     if (!marks.rest && time > end) continue;
     c.extra_events_s.push_back(time);
   }

@@ -17,7 +17,7 @@ namespace ifa::verify {
 // may be flight. The merge gap may differ by 0.1 ms, is measured before retiming or after, and where contact
 // fades out between two samples, from either. Each choice is a reading. A mark may be met in any of them; a
 // hit or touch is extra if it starts an event without the help of doubtful ones and in no reading belongs to
-// an event that starts at a mark.
+// an event that starts at a mark, or (hits) within the span of one.
 void match_events(const Impacts& impacts, const std::vector<Touch>& touches, const MarkSet& marks,
                   const Options& options, const RetimeAt& retime_at, Certificate* certificate);
 

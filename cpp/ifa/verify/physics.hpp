@@ -32,8 +32,8 @@ struct EnergyGain {
 };
 
 // Mechanical energy, in unretimed time, must not grow by more than `allowed_j` from flight to flight, nor
-// through sustained contact. In sustained contact it is measured by differences over up to 4 ms, good to a
-// tenth of the kinetic energy and a speed of 0.05 m/s.
+// through sustained contact. In sustained contact it is the mean over up to 4 ms of the intervals' energies,
+// good to a tenth of the kinetic energy and a speed of 0.05 m/s.
 EnergyGain energy_gain(const Track& track, const Impacts& impacts, const std::vector<Flight>& flights,
                        double gravity_m_s2, double allowed_j, const RetimeAt& retime_at);
 

@@ -14,7 +14,6 @@ constexpr int kMaxSteps = 64;
 constexpr double kTouch = 5e-6;
 constexpr double kTouchShare = 4e-4;
 
-constexpr int kAround = 8;
 constexpr double kTwoPi = 6.283185307179586;
 
 Vec3 rotation_log(const Quat& q) {
@@ -130,11 +129,9 @@ Velocity Track::one_sided(int i, int near, int far, bool has_far) const {
     const double h2 = time(far) - time(near);
     const Vec3 d2 = (position(far) - position(near)) / h2;
     velocity.acceleration = 2.0 * (d2 - d1) / (h1 + h2);
-    // constant in flight; a rolling edge turns it
-    if (!body_->rings().empty()) {
-      const Vec3 change = velocity.momentum - momenta_[std::min(near, far)];
-      velocity.momentum += h1 / (h1 + h2) * change;
-    }
+    // constant in flight; in contact the ground's torque turns it
+    const Vec3 change = velocity.momentum - momenta_[std::min(near, far)];
+    velocity.momentum += h1 / (h1 + h2) * change;
   } else {
     velocity.acceleration = gravity_;
   }
@@ -166,6 +163,13 @@ Vec3 Track::arm(int point, const Quat& q) const {
 
 double Track::height(int point, const Pose& pose) const {
   return pose.position.z() + arm(point, pose.orientation).z();
+}
+
+double Track::height(int point, int i, int j) const {
+  if (point < static_cast<int>(body_->vertices().size())) return heights_(point, j);
+  const Vec3 rounding = body_->radius_m() * kUp;
+  const Vec3 own = orientation(i).conjugate() * (arm(point, orientation(i)) + rounding);
+  return position(j).z() + (orientation(j) * own - rounding).z();
 }
 
 double Track::vertical_speed(int point, const Pose& pose, const Velocity& velocity, double time_s) const {

@@ -31,7 +31,11 @@ class Track {
   // Points that may touch: the vertices, and for each circular edge its lowest point at a pose and seven more
   // around it from there.
   int points() const { return static_cast<int>(heights_.rows()); }
-  bool on_edge(int point) const { return point >= static_cast<int>(body_->vertices().size()); }
+  // One of those seven more.
+  bool beside_lowest(int point) const {
+    const int on_edges = point - static_cast<int>(body_->vertices().size());
+    return on_edges >= 0 && on_edges % kAround != 0;
+  }
   // Points that stay with the body, in its axes: the vertices, and some of each circular edge.
   const std::vector<Vec3>& fixed_points() const { return fixed_points_; }
   const Body& body() const { return *body_; }
@@ -42,6 +46,8 @@ class Track {
   const Vec3& position(int i) const { return poses_->positions_m[i]; }
   const Quat& orientation(int i) const { return poses_->orientations[i]; }
   double height(int point, int i) const { return heights_(point, i); }  // above the ground
+  // At sample j, of the body's own point that is there at sample i: what an edge rolls away from.
+  double height(int point, int i, int j) const;
   double lowest(int i) const { return lowest_[i]; }
   double turn(int j) const { return turns_[j]; }  // angle of interval j, rad
   const Vec3& momentum(int j) const { return momenta_[j]; }
@@ -61,6 +67,8 @@ class Track {
   Vec3 arm(int point, const Quat& orientation) const;
 
  private:
+  static constexpr int kAround = 8;
+
   Velocity one_sided(int i, int near, int far, bool has_far) const;
   Vec3 momentum_between(const Quat& from, const Quat& to, double time_s, double* angle) const;
 

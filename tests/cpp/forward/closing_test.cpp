@@ -68,10 +68,10 @@ TEST_F(BallAtItsFirstMark, ProposalsAreTheRegionsPointsAndKeepTheEnergy) {
 
 TEST_F(BallAtItsFirstMark, LatenessIsThatOfTheNextHit) {
   const Trial trial = tried(Vec6::Zero());
-  EXPECT_TRUE(trial.hits());
+  EXPECT_TRUE(trial.meets);
   EXPECT_NEAR(trial.lateness_s, 2.0 / sample::kGravity - target_s(), 1e-12);
   const Trial late = tried(Vec6(0.8 * Vec6::Unit(0)));  // 0.4 s, followed for 1.35 x 0.24 s
-  EXPECT_FALSE(late.hits());
+  EXPECT_FALSE(late.meets);
   EXPECT_EQ(late.lateness_s, kNever);
 }
 
@@ -85,7 +85,7 @@ TEST_F(BallAtItsFirstMark, ClosesInOnTheMark) {
     }
   trials_.run(candidates_, 0, tries);
   std::vector<char> used(tries.size(), 0);
-  auto closings = enclose(tries, 2, 5, target_s(), used);
+  auto closings = enclose(problem_, tries, candidates_, 0, 5, used);
   ASSERT_EQ(closings.size(), 10u);
   const std::vector<Closing> before = closings;
   close_in(trials_, candidates_, 0, 1.0, closings);
@@ -93,7 +93,7 @@ TEST_F(BallAtItsFirstMark, ClosesInOnTheMark) {
     const Closing& closing = closings[i];
     EXPECT_FALSE(closing.open);  // it found the mark, or left what is allowed
     const Trial& best = closing.best;
-    ASSERT_TRUE(best.hits());
+    ASSERT_TRUE(best.meets);
     EXPECT_EQ(best.candidate, before[i].best.candidate);
     EXPECT_NEAR(best.passage.interval_s, flight_s(best.after), 1e-12);
     // In time, or so mild that being late costs less than any change would.
@@ -122,7 +122,7 @@ TEST_F(BallAtItsFirstMark, SlopeIsThatOfTheParabola) {
   std::vector<Trial> tries{tried(Vec6(-0.1 * Vec6::Unit(0))), tried(Vec6(0.8 * Vec6::Unit(0)))};
   ASSERT_EQ(tries[1].lateness_s, kNever);  // so the first value is a halving, and a second is needed
   std::vector<char> used(2, 0);
-  auto closings = enclose(tries, 1, 1, target_s(), used);
+  auto closings = enclose(problem_, tries, std::span(candidates_).first(1), 0, 1, used);
   ASSERT_EQ(closings.size(), 1u);
   close_in(trials_, candidates_, 0, 1.0, closings);
   const double slope = 2.0 / sample::kGravity * kHalfHeight_m_s * 0.9;
@@ -147,20 +147,20 @@ TEST_F(BallAtItsFirstMark, VariantsAreInTimeAndWithinTheRegion) {
   const std::vector<Anchor> anchors{anchor};
   for (const Tolerance& tolerance : {kPlausible, kTolerable}) {
     std::vector<RandomStream> random{{22, 0}, {22, 1}}, again = random;
-    const auto variants = vary(trials_, candidates_, 0, tolerance, anchors, 200, 0.5, random);
-    const auto same = vary(trials_, candidates_, 0, tolerance, anchors, 200, 0.5, again);
+    const auto variants = vary(trials_, candidates_, 0, tolerance, anchors, 200, random);
+    const auto same = vary(trials_, candidates_, 0, tolerance, anchors, 200, again);
     ASSERT_EQ(variants.size(), same.size());
     int in_time = 0;
     Vec6 spread = Vec6::Zero();
     for (std::size_t i = 0; i < variants.size(); ++i) {
-      const Trial& v = variants[i];
-      EXPECT_EQ(v.y, same[i].y);
+      const Trial& v = variants[i].trial;
+      EXPECT_EQ(v.y, same[i].trial.y);
       EXPECT_LE(v.excess, tolerance.excess);
       EXPECT_LE(v.y.norm(), 0.98 * std::sqrt(tolerance.excess) + 1e-12);
       EXPECT_LE(sample::kinetic(bodies_[0], v.after),
                 sample::kinetic(bodies_[0], candidates_[0].onset.before));
-      in_time += v.hits() && std::abs(v.lateness_s) <= 1e-4 * target_s();
-      if (v.hits()) {
+      in_time += v.meets && std::abs(v.lateness_s) <= 1e-4 * target_s();
+      if (v.meets) {
         EXPECT_NEAR(v.passage.interval_s, flight_s(v.after), 1e-12);
       }
       spread += (v.y - anchor.trial.y).cwiseAbs2();
@@ -194,6 +194,13 @@ TEST_F(BallAtItsFirstMark, VariantsOfAnAnchorAtTheEdgeStayWithin) {
 // Trials made up: each candidate's early and late ones, mildest with mildest.
 TEST(Enclose, PairsTheMildestEarlyAndLateOfEachCandidate) {
   constexpr double kTarget_s = 0.2;
+  const std::vector<Body> bodies{sample::ball(0.02, 0.03)};
+  const SearchPhysics physics;
+  Marks marks;
+  marks.times_s = {0.0, kTarget_s};
+  marks.durations_s = {0.0, 0.0};
+  marks.centroids_s = {std::nan(""), std::nan("")};
+  const Problem problem{bodies, physics, marks};
   for (std::uint64_t i = 0; i < 100; ++i) {
     RandomStream random(23, i);
     constexpr std::size_t kCandidates = 4;
@@ -205,12 +212,14 @@ TEST(Enclose, PairsTheMildestEarlyAndLateOfEachCandidate) {
       trial.excess = random.uniform();
       trial.passage.next = random.uniform() < 0.3 ? Next::rest : Next::hit;
       trial.passage.interval_s = kTarget_s * random.uniform(0.9, 1.1);
-      trial.lateness_s = trial.hits() ? trial.passage.interval_s - kTarget_s : kNever;
+      trial.meets = trial.passage.next == Next::hit;
+      trial.lateness_s = trial.meets ? trial.passage.interval_s - kTarget_s : kNever;
       trials.push_back(trial);
     }
     const std::size_t most = 1 + i % 4;
     std::vector<char> used(trials.size(), 0);
-    const auto closings = enclose(trials, kCandidates, most, kTarget_s, used);
+    const std::vector<Candidate> candidates(kCandidates);
+    const auto closings = enclose(problem, trials, candidates, 0, most, used);
     std::vector<std::size_t> pairs(kCandidates, 0);
     std::set<std::size_t> ends;
     for (const Closing& closing : closings) {
@@ -237,7 +246,7 @@ TEST(Enclose, PairsTheMildestEarlyAndLateOfEachCandidate) {
       EXPECT_EQ(milder(late), before);
       // The better of the two that hit.
       const auto cost = [&](const Trial& t) {
-        return t.hits() ? t.excess - std::log(time_factor(t.passage.interval_s, kTarget_s)) : kNever;
+        return t.meets ? t.excess - std::log(time_factor(t.passage.interval_s, kTarget_s)) : kNever;
       };
       EXPECT_EQ(cost(closing.best), std::min(cost(early), cost(late)));
     }

@@ -114,6 +114,37 @@ TEST(Motion, ContactBetweenNodesIsContinuous) {
   EXPECT_GT(steps, 10);
 }
 
+TEST(Motion, ContactStepsEndWithTheVelocityTheyLeadTo) {
+  const Body body = sample::ball(0.02, 0.03);
+  constexpr double kLength = 2e-3, kClose = 1e-7;
+  const auto step = [&](const Vec3& way, const Vec3& v0, const Vec3& v1) {
+    State a, b;
+    a.position.z() = 0.02;
+    a.velocity = v0;
+    b.position = a.position + way;
+    b.velocity = v1;
+    return Motion(body, sample::downwards(), {{0.0, a, Phase::contact}, {kLength, b, Phase::contact}}, {},
+                  {});
+  };
+  const auto speed = [&](const Motion& motion, double from) {
+    const auto s = motion.sample({from, from + kClose}, Side::before);
+    return Vec3((s[1].position - s[0].position) / kClose);
+  };
+  // By the mean velocity, and 5 um off it, towards either end's: an impact that follows is as fast as the
+  // node says.
+  const Vec3 v0{0.10, 0.0, 0.007}, v1{0.11, 0.0, -0.01};
+  for (const double off : {0.0, -5e-6, 5e-6}) {
+    const Motion motion = step(kLength * 0.5 * (v0 + v1) + Vec3(0, 0, off), v0, v1);
+    // within a cubic's curvature of 6 off / length^2 and the change of velocity over the length
+    EXPECT_LT((speed(motion, 0.0) - v0).norm(), 20.0 * kClose);
+    EXPECT_LT((speed(motion, kLength - kClose) - v1).norm(), 20.0 * kClose);
+  }
+  // What settles moves by the velocity at the end all the way, and so not below the ground.
+  const Motion settles = step(Vec3(kLength * 0.01, 0, 0), {0.01, 0, -0.01}, {0.01, 0, 0});
+  for (const double t : {0.0, 0.3 * kLength, kLength - kClose})
+    EXPECT_LT((speed(settles, t) - Vec3(0.01, 0, 0)).norm(), 1e-8);  // rounding of 0.02 over kClose
+}
+
 TEST(Motion, IsHeldStillOutside) {
   const Case c;
   const Motion motion = c.motion();
@@ -256,6 +287,33 @@ TEST(Motion, DenseTimesShowEveryImpact) {
       }
       before = at;
     }
+  }
+}
+
+TEST(Motion, DenseTimesFollowShortContactSteps) {
+  const Body ball = sample::ball(0.02, 0.03);
+  State s;
+  s.position.z() = 0.02;
+  std::vector<Node> nodes;
+  std::vector<double> short_s;
+  double t = 0.0;
+  for (int i = 0; i < 400; ++i) {
+    const bool is_short = i >= 100 && i < 150;
+    nodes.push_back({t, s, Phase::contact});
+    if (is_short) short_s.push_back(t);
+    t += is_short ? 5e-5 : 1e-3;
+  }
+  nodes.push_back({t, s, Phase::contact});
+  nodes.push_back({t + 1e-6, s, Phase::rest});  // a shred is not worth a sample
+  nodes.push_back({t + 0.1, s, Phase::rest});
+  for (const TimeMap& map : {TimeMap{}, TimeMap{{0.0, 0.2}, {0.0, 0.21}}}) {
+    const Motion motion(ball, sample::downwards(), nodes, {}, map);
+    const auto times = motion.dense_times();
+    for (const double wanted : short_s)
+      EXPECT_TRUE(std::binary_search(times.begin(), times.end(), map.to_motion(wanted))) << wanted;
+    for (std::size_t i = 1; i < times.size(); ++i) EXPECT_GE(times[i] - times[i - 1], 1e-5);
+    // 1 kHz elsewhere, and a step more at either end of the stretch and of each part of the map
+    EXPECT_LE(times.size(), 1000.0 * (motion.end_s() - motion.start_s()) + 50 + 5);
   }
 }
 

@@ -84,6 +84,32 @@ TEST(EventBuilder, InsideAMarkedSpanAnyGapChains) {
   EXPECT_FALSE(builder.chains(1.2051));
 }
 
+TEST(EventBuilder, ChainsOnBeyondASpanByTheMergeGap) {
+  EventBuilder builder({}, 0.0151);
+  builder.begin(hit(0.3946, 1.0));
+  EXPECT_FALSE(builder.judged_gap_s(0.4091).has_value());  // inside the span
+  builder.add(hit(0.4091, 1.0));
+  for (const double next : {0.4142, 0.4241}) {
+    ASSERT_TRUE(builder.judged_gap_s(next).has_value());
+    EXPECT_TRUE(builder.chains(next));
+    builder.add(hit(next, 1.0));
+  }
+  EXPECT_NEAR(*builder.judged_gap_s(0.4342), 0.0101, 1e-12);
+  EXPECT_FALSE(builder.chains(0.4342));
+  EXPECT_EQ(builder.event().hits, 4);
+  EXPECT_NEAR(builder.event().loose_s, 0.0145, 1e-12);
+  EXPECT_NEAR(builder.event().gap_s, 0.0099, 1e-12);
+}
+
+TEST(EventBuilder, SlipDoesNotBridgeTheGapBetweenHits) {
+  EventBuilder builder({}, 0.02);
+  builder.begin(hit(1.0, 1.0));
+  builder.add(Load{1.0, 0.02, 0.1, 1.0});
+  EXPECT_EQ(builder.last_s(), 1.02);
+  EXPECT_NEAR(*builder.judged_gap_s(1.021), 0.021, 1e-12);
+  EXPECT_FALSE(builder.chains(1.021));
+}
+
 TEST(EventBuilder, TellsWhichHitsOnlyTheSpanHolds) {
   EventBuilder builder({}, 0.2);
   builder.begin(hit(1.0, 1.0));
@@ -201,6 +227,7 @@ TEST(ContactEvent, AMarkedSpanExcusesNothing) {
   EventBuilder builder(contact(), 0.5);
   builder.begin(hit(1.0, 1.0));
   EXPECT_FALSE(builder.chains(1.0101));
+  EXPECT_NEAR(*builder.judged_gap_s(1.0101), 0.0101, 1e-12);
   builder.add(Load{1.0, 0.6, 0.1, 1.0});  // and contact after the span is contact
   EXPECT_NEAR(builder.event().length_s, 0.6, 1e-12);
 }

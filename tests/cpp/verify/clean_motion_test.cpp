@@ -116,6 +116,85 @@ TEST(CleanMotion, SlidingAndRollingAreSilent) {
   EXPECT_FALSE(d.at_rest);
 }
 
+TEST(CleanMotion, ADiskThatRocksFromSideToSideIsSilent) {
+  // Its rim rolls: no point of it strikes the ground, though they come down at up to 0.8 m/s nearby.
+  const Body body = disk();
+  MarkSet marks;
+  marks.times_s = {0.0};
+  for (const double rate : {5.0, 20.0, 60.0})
+    for (const double least : {1e-3, 3e-3, 1e-2, 3e-2}) {
+      const Certificate c = verify(rocking_disk(body, rate, least).poses, body, marks, {}, {});
+      EXPECT_TRUE(c.hits.empty()) << rate << " " << least << ": " << c.hits[0].time_s << " "
+                                  << c.hits[0].approach_speed_m_s;
+      EXPECT_LT(c.max_penetration_m, 1e-6) << rate << " " << least;
+    }
+}
+
+TEST(CleanMotion, ADiskThatSlapsTheGroundIsHeard) {
+  const Body body = disk();
+  MarkSet marks;
+  marks.times_s = {0.0};
+  for (const double rate : {5.0, 20.0, 60.0}) {
+    const Certificate c = verify(rocking_disk(body, rate, 0.0, true).poses, body, marks, {}, {});
+    EXPECT_EQ(c.missed_hits, 0) << rate;
+    ASSERT_EQ(c.hits.size(), 1u) << rate;
+    EXPECT_NEAR(c.hits[0].time_s, 0.0, 1e-12);
+    // The far side comes down at twice the radius times the rate; of a rim that lies flat eight points are
+    // looked at, one of them within 22.5 degrees: (1 + cos 22.5) / 2 = 0.96.
+    const double share = c.hits[0].approach_speed_m_s / (2.0 * body.rings()[0].radius_m * rate);
+    EXPECT_GT(share, 0.96);
+    EXPECT_LT(share, 1.001);  // the sine of the tilt over 2 ms
+  }
+}
+
+TEST(CleanMotion, OnlyThePointThatStrikesTellsTheSpeed) {
+  // A plank comes down on one end: one corner strikes, which slows the other of that end, 2 um above the
+  // ground and faster, to less than half; it strikes a little later.
+  const double width = 0.0062, fall = 0.1, spin = 4.0, above = 1e-5;
+  const Body body = box({width, 0.06, 0.010});
+  const double until = above / (fall - 0.5 * width * spin);  // spin turns the corners by that much till then
+  Spinning start;
+  start.v = {0, 0, -fall};
+  start.w = {0, spin, 0};
+  start.q = rotation_exp({0.02, 0, 0}) * rotation_exp({0, -(2e-6 / width + spin * until), 0});
+  double lowest = 1e300;
+  for (const Vec3& p : body.vertices()) lowest = std::min(lowest, (start.q * p).z());
+  start.x = {0, 0, above - lowest};
+  const Motion motion = tossed_box(body, start, 0.1, 2);
+  ASSERT_LT(motion.impact_times_s[1] - motion.impact_times_s[0], 1e-4);
+  MarkSet marks;
+  marks.times_s = {motion.impact_times_s[0]};
+  marks.rest = false;
+  Options options;
+  options.audible_speed_m_s = 0.021;
+  const Certificate c = verify(motion.poses, body, marks, {}, options);
+  ASSERT_GE(c.hits.size(), 2u);
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_NEAR(c.hits[k].time_s, motion.impact_times_s[k], 1e-12);
+    EXPECT_NEAR(c.hits[k].approach_speed_m_s / motion.impact_speeds_m_s[k], 1.0, 1e-5);  // as when tumbling
+  }
+}
+
+TEST(CleanMotion, SpinThatTurnsFastKeepsItsEnergy) {
+  // A ball spins on the spot, slipping, its energy constant; for 3 ms its axis turns at 2000 rad/s.
+  const Body body = ball();
+  Motion motion;
+  Quat q = Quat::Identity();
+  double heading = 0.0, t = 0.0;
+  motion.add(t, {0, 0, body.radius_m()}, q);
+  for (int i = 0; i < 200; ++i) {
+    const bool turns = i >= 80 && i < 110;
+    const double step = turns ? 1e-4 : 1e-3;
+    if (turns) heading += 2000.0 * step;
+    q = rotation_exp(step * 60.0 * Vec3(std::cos(heading), std::sin(heading), 0.0)) * q;
+    motion.add(t += step, {0, 0, body.radius_m()}, q);
+  }
+  MarkSet marks;
+  marks.times_s = {0.1};
+  const Certificate c = verify(motion.poses, body, marks, {}, {});
+  EXPECT_EQ(c.max_contact_energy_gain_j, 0.0) << all(c);
+}
+
 TEST(CleanMotion, RetimedFlightsPassWithTheirClaim) {
   const Body body = ball();
   Motion motion = bouncing_ball(body, 0.3, 0.6, 5);
@@ -198,6 +277,26 @@ TEST(CleanMotion, HitsInAMarkedSpanAreNotExtra) {
   EXPECT_EQ(verify(motion.poses, body, marks, {}, {}).extra_hits, 1);
   marks.rest = false;  // nothing is asked after the last mark
   EXPECT_EQ(verify(motion.poses, body, marks, {}, {}).extra_hits, 0);
+}
+
+TEST(CleanMotion, AChainThatBeginsInAMarkedSpanMayLeaveIt) {
+  // Bounces of 14.5, 9.95 and 6.8 ms; the second hit is inside the span, the others chain on from it.
+  const Body body = ball();
+  const double up = 0.5 * kG * 0.0145, e = 9.95 / 14.5;
+  const Motion motion = bouncing_ball(body, up * up / (e * e) / (2.0 * kG), e, 4);
+  Options options;
+  options.audible_speed_m_s = 0.03;
+  MarkSet marks;
+  marks.times_s = {motion.impact_times_s[0]};
+  marks.durations_s = {0.0151};
+  const Certificate c = verify(motion.poses, body, marks, {}, options);
+  ASSERT_EQ(c.hits.size(), 4u);
+  EXPECT_TRUE(c.passed) << all(c);
+  options.merge_gap_s = 0.0098;  // by more than its margin of 0.1 ms
+  EXPECT_EQ(verify(motion.poses, body, marks, {}, options).extra_hits, 1);
+  options.merge_gap_s = 0.010;
+  marks.durations_s = {0.0120};  // and where it does not begin there, none of it is asked for
+  EXPECT_GE(verify(motion.poses, body, marks, {}, options).extra_hits, 1);
 }
 
 TEST(CleanMotion, ChainedHitsAreOneEvent) {

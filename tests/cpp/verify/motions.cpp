@@ -6,12 +6,6 @@
 namespace ifa::verify::test {
 namespace {
 
-struct Spinning {
-  Vec3 x, v;
-  Quat q;
-  Vec3 w;  // body axes
-};
-
 Spinning step(const Mat3& inertia, const Spinning& s, double h) {
   const Mat3 inverse = inertia.inverse();
   const auto rate_q = [](const Quat& q, const Vec3& w) {
@@ -137,8 +131,13 @@ Motion bouncing_ball(const Body& body, double height_m, double restitution, int 
 }
 
 Motion tumbling_box(const Body& body, double restitution, int impacts, double every_s) {
+  return tossed_box(body, {{0, 0, 0.1}, {0.4, 0.1, -0.5}, rotation_exp({0.3, -0.4, 1.0}), {9.0, -14.0, 6.0}},
+                    restitution, impacts, every_s);
+}
+
+Motion tossed_box(const Body& body, const Spinning& start, double restitution, int impacts, double every_s) {
   const Mat3& inertia = body.inertia_kg_m2();
-  Spinning s{{0, 0, 0.1}, {0.4, 0.1, -0.5}, rotation_exp({0.3, -0.4, 1.0}), {9.0, -14.0, 6.0}};
+  Spinning s = start;
   std::vector<double> starts{0.0};
   std::vector<Spinning> states{s};
   Motion motion;
@@ -266,6 +265,35 @@ Motion tipping_box(const Body& body) {
                q(angles[node]).slerp(share, q(angles[node + 1])));
   }
   for (int i = 1; i <= 80; ++i) motion.add(t + 1e-3 * i, x(flat), q(flat));
+  return motion;
+}
+
+Body disk(double radius_m) {
+  Body::Definition d;
+  d.rings_m = {{Vec3::Zero(), kUp, radius_m}};
+  d.mass_kg = 0.008;
+  d.inertia_kg_m2 = (d.mass_kg * radius_m * radius_m * Vec3(0.25, 0.25, 0.5)).asDiagonal();
+  return Body::make(d);
+}
+
+Motion rocking_disk(const Body& body, double rate, double least_tilt, bool slaps) {
+  const double radius = body.rings()[0].radius_m, far = 0.1;  // rad, at both ends
+  Motion motion;
+  const auto add = [&](double t) {
+    const Vec3 lean(least_tilt, rate * (slaps ? std::min(t, 0.0) : t), 0.0);
+    const double tilt = lean.norm();
+    motion.add(t, {0, 0, radius * std::sin(tilt)},
+               tilt > 0.0 ? rotation_exp(kUp.cross(lean)) : Quat::Identity());
+  };
+  for (double t = -far / rate; t < 0.0;) {
+    add(t);
+    const double runs = std::atan2(rate * t, least_tilt) + 0.2;
+    t = std::min(t + 1e-3, least_tilt > 0.0 && runs < 0.0 ? least_tilt * std::tan(runs) / rate : 0.0);
+  }
+  add(0.0);
+  const std::vector<double> before = motion.poses.times_s;
+  for (std::size_t i = before.size() - 1; !slaps && i-- > 0;) add(-before[i]);
+  for (int i = 1; slaps && i <= 80; ++i) add(1e-3 * i);
   return motion;
 }
 

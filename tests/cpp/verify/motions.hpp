@@ -31,9 +31,26 @@ Body box(const Vec3& size_m = {0.016, 0.02, 0.03});
 Motion bouncing_ball(const Body& body, double height_m, double restitution, int bounces,
                      double every_s = 0.0);
 
+struct Spinning {
+  Vec3 x, v;
+  Quat q;
+  Vec3 w;  // body axes
+};
+
 // A tossed box: torque-free flights by Runge-Kutta at 10 us, frictionless impulses with Newton's restitution
 // at the corner that touches, `impacts` of them, ending in flight.
 Motion tumbling_box(const Body& body, double restitution, int impacts, double every_s = 0.0);
+Motion tossed_box(const Body& body, const Spinning& start, double restitution, int impacts,
+                  double every_s = 0.0);
+
+// A thin disk of the radius.
+Body disk(double radius_m = 0.0127);
+
+// A disk that rolls from one side over to the other at `rate_rad_s`, its rim on the ground all the time: its
+// axis leans along a straight line that passes the vertical by `least_tilt_rad` at t = 0. Its lowest point
+// then runs half round it. Samples where that has run by at most 0.2 rad, or every 1 ms. With `slaps` it goes
+// no further than where it leans least, and stays there from t = 0 on.
+Motion rocking_disk(const Body& body, double rate_rad_s, double least_tilt_rad, bool slaps = false);
 
 // A box that tips over one of its edges from a tilt, pivoting without slip, lands flat at once (one impact)
 // and stays: poses known at 1 ms steps and interpolated between them as exporters do, linearly and by slerp.

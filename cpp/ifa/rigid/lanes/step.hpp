@@ -126,10 +126,12 @@ inline void ContactStep::solve(Pack length) {
     solve_contacts(problem, slot_, slots_, fresh, tolerance, most_sweeps, end_.velocity, end_.spin, torque_);
   }
   // Contact takes energy. Where moments differ by 1e9 and more, the points' matrices are too near to singular
-  // for the sweeps: they may diverge. Then without friction, which has an exact solution.
+  // for the sweeps: they may diverge. Then without friction, which has an exact solution. The step's own
+  // error adds energy where an edge rolls (less than 1 % seen): that is for limit_energy.
   const Pack before = kinetic_energy(body_, free_velocity, r.inverse(free_spin));
   const Pack after = kinetic_energy(body_, end_.velocity, r.inverse(end_.spin));
-  const Mask lost = active_ & negated(after <= before * (1.0 + 1e-6));
+  const double most_gain = body_.rings > 0 ? 1e-2 : 1e-6;
+  const Mask lost = active_ & negated(after <= before * (1.0 + most_gain));
   if (any(lost)) {
     end_.velocity = select(lost, free_velocity, end_.velocity);
     end_.spin = select(lost, free_spin, end_.spin);

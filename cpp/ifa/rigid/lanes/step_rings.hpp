@@ -8,6 +8,7 @@ namespace ifa::IFA_LANES_NAMESPACE {
 // A nearly flat disk turns slowly while its lowest point runs around it.
 inline Pack ContactStep::follow_rings(Pack length) {
   constexpr double kLongestRun = 0.2, kStillFollowed = 0.5;  // rad in one step
+  constexpr double kMostClosing = 0.25;  // of the steepness in one step: the flatter, the faster the run
   constexpr double kSag = 3.125e-4;  // of the radius: of the chord that drawing between two steps would cut
   constexpr double kFlat = 1e-5;     // rad
   constexpr double kShortest = 1.0 / 128.0;  // of step_s
@@ -22,9 +23,12 @@ inline Pack ContactStep::follow_rings(Pack length) {
     const Pack square = dot(across, across);
     const Mask touches = z + dot(up, lowest) <= touch_, flat = square <= broadcast(kFlat * kFlat);
     rolls_ = rolls_ & negated(touches & flat);
-    const Pack run = magnitude(dot(axis, cross(across, rate))) / select(flat, broadcast(1.0), square);
+    const Pack whole = select(flat, broadcast(1.0), square);
+    const Pack run = magnitude(dot(axis, cross(across, rate))) / whole;
+    const Pack closing = -dot(across, rate) / whole;  // relative rate of the steepness
     const Pack longest = root(8.0 * kSag / root(select(flat, broadcast(1.0), square)));
-    const Pack follow = least(broadcast(kLongestRun), longest) / greatest(run, broadcast(1e-300));
+    const Pack follow = least(least(broadcast(kLongestRun), longest) / greatest(run, broadcast(1e-300)),
+                              kMostClosing / greatest(closing, broadcast(1e-300)));
     const Mask runs = touches & negated(flat);
     followed = select(runs, least(followed, follow), followed);
     fastest = select(runs, greatest(fastest, run), fastest);

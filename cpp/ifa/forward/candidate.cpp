@@ -1,0 +1,18 @@
+#include "ifa/forward/candidate.hpp"
+
+namespace ifa {
+
+double Problem::travel_budget_m_s(int body, std::size_t k) const {
+  if (physics.hearing.events != Events::contact || marks.ending != Ending::rest) return kNever;
+  const double g = physics.simulation.gravity_m_s2.norm();
+  const Material& material = bodies[static_cast<std::size_t>(body)].material();
+  double normal_m_s = g * marks.durations_s[k];  // impulse over mass
+  for (std::size_t j = k + 1; j < marks.size(); ++j) {
+    const double flight_s = marks.times_s[j] - marks.times_s[j - 1] - marks.durations_s[j - 1];
+    normal_m_s += g * marks.durations_s[j] + 0.5 * (1.0 + material.restitution) * g * flight_s;
+  }
+  constexpr double kRolled_m_s = 0.1;  // edges take more than friction does
+  return material.friction * normal_m_s + kRolled_m_s;
+}
+
+}  // namespace ifa

@@ -1,0 +1,173 @@
+"""The options of the command line, and their help."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from typing import NoReturn
+
+import ifa
+
+BAD_INPUT = 2
+MESH_ENDINGS = (".obj", ".off", ".ply", ".stl")
+
+Verb = Callable[[argparse.Namespace], int]
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(BAD_INPUT, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
+    """The whole command line; what it parses has `run`, which is one of `verbs` by name."""
+    parser = _Parser(
+        prog="ifa",
+        description="Rigid-body motion whose contacts land on the marks of a sound.",
+        epilog="Exit codes: 0 done, 2 bad input, 3 no acceptable motion (solve still writes the "
+        "best one, which may miss marks) or no repair that works, 4 cancelled.",
+    )
+    parser.add_argument("--version", action="version", version=f"ifa {ifa.__version__}")
+    subparsers = parser.add_subparsers(required=True, metavar="VERB")
+
+    solve = subparsers.add_parser("solve", help="find a motion that meets the marks")
+    _add_body(solve)
+    _add_marks(solve)
+    solve.add_argument(
+        "-o",
+        "--out",
+        metavar="OUT",
+        help="write the motion to this .json file, further takes beside it (OUT.take2.json ...)",
+    )
+    _add_search(solve)
+    solve.add_argument("--method", choices=("forward", "graph"), default="forward")
+    solve.add_argument(
+        "--rung",
+        type=int,
+        metavar="N",
+        help="search exactly this hard, whatever the time: the result says at which rung it ended",
+    )
+    solve.add_argument(
+        "--takes",
+        type=int,
+        default=1,
+        metavar="N",
+        help="look for so many clearly different motions (default 1); there may be fewer",
+    )
+    solve.add_argument(
+        "--lead-in",
+        type=float,
+        default=0.5,
+        metavar="S",
+        help="of flight before the first mark (default 0.5); less where an earlier contact comes",
+    )
+    _add_json(solve)
+    solve.set_defaults(run=verbs["solve"])
+
+    explain = subparsers.add_parser(
+        "explain", help="say which marks conflict, and which changes work: each is tried"
+    )
+    _add_body(explain)
+    _add_marks(explain)
+    explain.add_argument("-o", "--out", metavar="OUT", help="write what --json prints to this file")
+    _add_search(explain)
+    _add_json(explain)
+    explain.set_defaults(run=verbs["explain"])
+
+    estimate = subparsers.add_parser(
+        "estimate", help="say what the marks ask for, without a search"
+    )
+    _add_body(estimate)
+    _add_marks(estimate)
+    _add_ending(estimate)
+    _add_json(estimate)
+    estimate.set_defaults(run=verbs["estimate"])
+
+    verify = subparsers.add_parser("verify", help="check a motion again, from its poses alone")
+    verify.add_argument("motion", metavar="MOTION", help="what ifa solve -o wrote")
+    _add_marks(verify)
+    _add_body(verify)
+    _add_ending(verify)
+    verify.add_argument(
+        "--events",
+        choices=("audible", "contact"),
+        help="what answers a mark: an audible hit, or the beginning of a contact; default: what "
+        "the motion was made for",
+    )
+    _add_json(verify)
+    verify.set_defaults(run=verbs["verify"])
+
+    bodies = subparsers.add_parser("bodies", help="list the library of bodies")
+    _add_json(bodies)
+    bodies.set_defaults(run=verbs["bodies"])
+    return parser
+
+
+def _add_body(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "body",
+        metavar="BODY",
+        help=f"a name ({' '.join(ifa.bodies.names())}), a mesh ({' '.join(MESH_ENDINGS)}) or a "
+        "body file (.json)",
+    )
+    parser.add_argument(
+        "--surface", choices=ifa.bodies.surfaces(), help="under a body of the library"
+    )
+    parser.add_argument("--unit", help="of a mesh: m (default), cm, mm, inch ...")
+    parser.add_argument("--density", type=float, metavar="KG_M3", help="of a mesh (default 1000)")
+    parser.add_argument("--mass", type=float, metavar="KG", help="of a mesh, in place of --density")
+
+
+def _add_marks(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "marks", metavar="MARKS", help="an Audacity label track (.txt) or JSON (.json)"
+    )
+
+
+def _add_ending(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--ending",
+        choices=("rest", "open"),
+        help="after the last mark: at rest without a further hit, or anything",
+    )
+
+
+def _add_search(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--sound", metavar="WAV", help="the marked sound: gives the amplitudes")
+    _add_ending(parser)
+    parser.add_argument(
+        "--events",
+        choices=("audible", "contact"),
+        default="audible",
+        help="what a mark asks for: an audible hit (default), or an interval of contact",
+    )
+    parser.add_argument(
+        "--material",
+        choices=("given", "fit"),
+        default="given",
+        help="take restitution and friction as given (default), or choose them to suit the marks",
+    )
+    parser.add_argument("--restitution", type=float, metavar="E", help="0 to 1")
+    parser.add_argument("--friction", type=float, metavar="MU", help="0 or more")
+    parser.add_argument(
+        "--energy-gain", type=float, default=0.0, metavar="J", help="that a contact may add"
+    )
+    parser.add_argument(
+        "--seed",
+        type=int,
+        default=0,
+        metavar="N",
+        help="another seed, another take; the same seed and rung give the same motion",
+    )
+    parser.add_argument(
+        "--time-budget",
+        type=float,
+        default=10.0,
+        metavar="S",
+        help="begin no larger search after so many seconds (default 10)",
+    )
+    parser.add_argument("--threads", type=int, metavar="N", help="default: one for each core")
+
+
+def _add_json(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
