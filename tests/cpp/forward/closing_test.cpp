@@ -181,12 +181,12 @@ TEST_F(BallAtItsFirstMark, VariantsOfAnAnchorAtTheEdgeStayWithin) {
       {tried(y), Vec6(Vec6::Unit(0)), 2.0 / sample::kGravity * kHalfHeight_m_s}};
   ASSERT_GT(y.norm(), 0.95);
   std::vector<RandomStream> random{{25, 0}, {25, 1}};
-  const auto variants = vary(trials_, candidates_, 0, kPlausible, anchors, 200, 0.5, random);
+  const auto variants = vary(trials_, candidates_, 0, kPlausible, anchors, 200, random);
   int at_edge = 0;
-  for (const Trial& v : variants) {
-    EXPECT_LE(v.excess, 1.0);
-    EXPECT_LE(v.y.norm(), 0.98 + 1e-12);
-    at_edge += v.y.norm() > 0.98 - 1e-12;
+  for (const Anchor& v : variants) {
+    EXPECT_LE(v.trial.excess, 1.0);
+    EXPECT_LE(v.trial.y.norm(), 0.98 + 1e-12);
+    at_edge += v.trial.y.norm() > 0.98 - 1e-12;
   }
   EXPECT_GT(at_edge, 20);
 }
