@@ -172,6 +172,79 @@ TEST_F(BallAtItsFirstMark, VariantsAreInTimeAndWithinTheRegion) {
   }
 }
 
+// From near the edge of the region most ways aside lead out of it; they are cut short there.
+TEST_F(BallAtItsFirstMark, VariantsOfAnAnchorAtTheEdgeStayWithin) {
+  Vec6 y = Vec6::Zero();
+  y[0] = (0.5 * sample::kGravity * target_s() - 1.0) / kHalfHeight_m_s;
+  y[1] = y[4] = 0.67;
+  const std::vector<Anchor> anchors{
+      {tried(y), Vec6(Vec6::Unit(0)), 2.0 / sample::kGravity * kHalfHeight_m_s}};
+  ASSERT_GT(y.norm(), 0.95);
+  std::vector<RandomStream> random{{25, 0}, {25, 1}};
+  const auto variants = vary(trials_, candidates_, 0, kPlausible, anchors, 200, random);
+  int at_edge = 0;
+  for (const Anchor& v : variants) {
+    EXPECT_LE(v.trial.excess, 1.0);
+    EXPECT_LE(v.trial.y.norm(), 0.98 + 1e-12);
+    at_edge += v.trial.y.norm() > 0.98 - 1e-12;
+  }
+  EXPECT_GT(at_edge, 20);
+}
+
+// Throws of a box whose first event is an interval of contact, and shall last a fifth longer than physics has
+// it: what is found is within the region and on time as before, and nearer to that length than any that the
+// fit began with.
+TEST(FitLength, ComesNearerToTheMarksLength) {
+  const std::vector<Body> bodies{sample::box({0.03, 0.02, 0.012}, 0.01)};
+  SearchPhysics physics;
+  physics.hearing.events = Events::contact;
+  int throws = 0, nearer = 0;
+  for (std::uint64_t i = 0; throws < 12; ++i) {
+    RandomStream random(26, i);
+    State before = sample::random_state(bodies[0], random, 0.0, 1.5, 20.0);
+    before.velocity.z() = -random.uniform(0.5, 1.5);
+    Candidate candidate;
+    candidate.onset = strike(bodies[0], physics, before);
+    Record record;
+    const Passage own =
+        record_passage(bodies[0], physics, {candidate.onset.hit, candidate.onset.after, 0.0, 1.0}, record);
+    if (own.next != Next::hit || own.event.length_s < 0.02) continue;
+    Marks marks;
+    marks.times_s = {0.1, 0.1 + 1.02 * own.interval_s};
+    marks.durations_s = {1.2 * own.event.length_s, 0.0};
+    marks.centroids_s = {std::nan(""), std::nan("")};
+    marks.ending = Ending::open;
+    const Problem problem{bodies, physics, marks};
+    Trials trials(problem, 0, nullptr);
+    const std::vector<Candidate> candidates{candidate};
+    std::vector<Trial> tries;
+    for (int t = 0; t < 30; ++t)
+      if (const auto trial = trials.propose(candidates, 0, random_change(1.0, random), 1.0))
+        tries.push_back(*trial);
+    trials.run(candidates, 0, tries);
+    std::vector<char> used(tries.size(), 0);
+    auto closings = enclose(problem, tries, candidates, 0, 3, used);
+    close_in(trials, candidates, 0, 1.0, closings);
+    const auto anchors = anchors_of(closings, problem.target_s(0), kPlausible);
+    if (anchors.empty()) continue;
+    ++throws;
+    const auto found = fit_length(trials, candidates, 0, kPlausible, anchors, {&random, 1});
+    const auto off_s = [&](const std::vector<Anchor>& all) {
+      double least = kNever;
+      for (const Anchor& a : all)
+        if (a.trial.meets && std::abs(a.trial.lateness_s) <= 0.07 * problem.target_s(0))
+          least = std::min(least, std::abs(a.trial.passage.event.length_s - marks.durations_s[0]));
+      return least;
+    };
+    for (const Anchor& a : found) {
+      EXPECT_LE(a.trial.excess, 1.0);
+      EXPECT_EQ(a.trial.candidate, 0u);
+    }
+    nearer += off_s(found) < off_s(anchors);
+  }
+  EXPECT_GE(nearer, 9);  // the length jumps where another corner strikes: not always
+}
+
 // Trials made up: each candidate's early and late ones, mildest with mildest.
 TEST(Enclose, PairsTheMildestEarlyAndLateOfEachCandidate) {
   constexpr double kTarget_s = 0.2;

@@ -20,10 +20,12 @@ SolveOptions contact(std::uint64_t seed = 0, int threads = 2) {
 }
 
 TEST(ContactEvents, BallMeetsItsOwnBounces) {
-  const Body ball = sample::ball(0.02, 0.03, {0.5, 0.3, 1e-3, 1e-3});
+  const Body ball = sample::ball(0.02, 0.03, {0.5, 0.3, 1e-2, 1e-3});  // a carpet: it does not roll far
   // 19 ms at the last, which lands with 0.09 m/s; the one after that would be shorter than the merge gap
   const Marks marks = marks_at({0.1, 0.4, 0.55, 0.625, 0.6625, 0.68125}, Ending::rest);
-  const Solution s = solve_forward(ball, marks, contact(), nullptr);
+  SolveOptions options = contact();
+  options.rung = 1;
+  const Solution s = solve_forward(ball, marks, options, nullptr);
   expect_honest(ball, marks, s, Events::contact);
   EXPECT_TRUE(s.plausible);
 }
@@ -33,7 +35,9 @@ TEST(ContactEvents, CountWhatIsNotHeard) {
   const Body ball = sample::ball(0.02, 0.03, {1.0, 0.3, 1e-4, 1e-4});
   constexpr double kGap_s = 0.01015;
   const Marks marks = marks_at({0.1, 0.1 + kGap_s, 0.1 + 2 * kGap_s, 0.1 + 3 * kGap_s}, Ending::open);
-  const Solution s = solve_forward(ball, marks, contact(), nullptr);
+  SolveOptions options = contact();
+  options.rung = 1;
+  const Solution s = solve_forward(ball, marks, options, nullptr);
   expect_honest(ball, marks, s, Events::contact);
   EXPECT_TRUE(s.succeeded);
   EXPECT_LT(sample::onsets_of(*s.motion, Events::audible).size(), 4u);

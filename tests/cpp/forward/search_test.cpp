@@ -22,8 +22,8 @@ using sample::of_a_throw;
 
 TEST(Search, MeetsTheMarksOfAThrow) {
   const Body body = cube();
-  int succeeded = 0;
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+  int succeeded = 0, on_a_face = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Marks marks = of_a_throw(body, seed, 6);
     try {
       const Solution s = solve_forward(body, marks, first_rung(), nullptr);
@@ -32,11 +32,16 @@ TEST(Search, MeetsTheMarksOfAThrow) {
       EXPECT_GT(s.simulated_s, 0.0);
       EXPECT_EQ(s.restitution, body.material().restitution);
       EXPECT_LE(s.max_energy_gain_j, 1e-9);
-      succeeded += s.succeeded;
+      if (!s.succeeded) continue;
+      ++succeeded;
+      const State end = s.motion->sample({s.motion->end_s()})[0];
+      on_a_face += (end.orientation.conjugate() * kUp).cwiseAbs().maxCoeff() > 1.0 - 1e-6;
     } catch (const NoMotionError&) {  // the smallest beam may miss one
     }
   }
-  EXPECT_GE(succeeded, 3);  // each has a motion by construction
+  // Rolling friction can hold a cube on its edge, and among thousands of motions one may end so.
+  EXPECT_GE(on_a_face, succeeded - 1);
+  EXPECT_GE(succeeded, 14);  // each has a motion by construction
 }
 
 TEST(Search, SameBytesForAnyNumberOfThreadsAndAgain) {
