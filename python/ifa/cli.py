@@ -107,12 +107,12 @@ def _take_files(out: str, number: int) -> list[str]:
 
 
 def _write_takes(solution: ifa.Solution, out: str | None, asked: int) -> list[str | None]:
-    """Write every take, OUT last: where it is new, the others are whole beside it."""
+    """Write every take, the solve's own motion first."""
     takes = solution.takes
     if out is None:
         return [None] * len(takes)
     files = _take_files(out, asked)
-    for take, path in reversed(list(zip(takes, files, strict=False))):  # there may be fewer takes
+    for take, path in zip(takes, files, strict=False):  # there may be fewer takes
         take.write(path)
     for path in files[len(takes) :]:
         if Path(path).exists():

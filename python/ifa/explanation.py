@@ -163,7 +163,7 @@ def explain(
     if not 0.0 <= gain_j < float("inf"):
         raise IfaValueError(f"energy_gain_j: must be finite and 0 or more, got {gain_j:g}")
     if solution is not None:
-        _check_solution(solution, marks, gain_j, events)
+        _check_solution(solution, body, marks, gain_j, events, material)
     seed = arguments.whole(seed, "seed", 2**64 - 1)
     found = _core.explain(
         body._core,
@@ -205,9 +205,17 @@ def explain(
     return Explanation(conflicts=conflicts, repairs=repairs, **found)
 
 
-def _check_solution(solution: Any, marks: Signature, gain_j: float, events: str) -> None:
+def _check_solution(
+    solution: Any, body: Body, marks: Signature, gain_j: float, events: str, material: str
+) -> None:
     if not isinstance(solution, Solution):
         raise IfaValueError(f"solution: needs an ifa.Solution or None, got {solution!r}")
+    fitted = material == "fit"
+    if solution.effects["material_fit"] != fitted:
+        raise IfaValueError(f'solution: was not made with material "{material}"')
+    given = {"restitution": body.restitution, "friction": body.friction} if fitted else {}
+    if solution.body.replace(**given).to_dict() != body.to_dict():
+        raise IfaValueError("solution: was made for another body")
     if solution.marks != marks:
         raise IfaValueError("solution: was made for other marks")
     if solution.energy_gain_j != gain_j:

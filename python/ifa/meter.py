@@ -45,8 +45,6 @@ def watched(work: Callable[[], Result], progress: ifa.Progress) -> Result:
         meter.end()
         for number, handler in handlers.items():
             signal.signal(number, handler)
-    if progress.cancelled:
-        raise ifa.Cancelled
     if failure:
         raise failure[0]
     return outcome[0]

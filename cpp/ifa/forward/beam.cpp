@@ -18,8 +18,9 @@ constexpr std::size_t kBatches = 4;
 constexpr int kVariants = 4;
 constexpr std::size_t kFewTracked = 6;  // children that keep to a known motion
 constexpr int kFinishRounds = 4;
-constexpr int kRounds = 3;       // of plausible proposals for a level, at most
-constexpr int kLooseRounds = 2;  // of those beyond, where too few are plausible
+constexpr double kFinishPerState_s = 60.0;  // simulated in search of an ending, for each state of the beam
+constexpr int kRounds = 3;                  // of plausible proposals for a level, at most
+constexpr int kLooseRounds = 2;             // of those beyond, where too few are plausible
 
 struct Chunk {
   int body;
@@ -76,6 +77,7 @@ class Search {
   // Children of the last level.
   void advance(std::size_t k) {
     const std::vector<Candidate>& parents = beam_.levels[k].candidates;
+    fewest_violations_ = std::ranges::min(parents, {}, &Candidate::violations).violations;
     const std::vector<std::size_t>& ends = beam_.levels[k].batch_ends;
     const auto chunks_between = [&](std::size_t from, std::size_t to) {
       return chunks_of(from, to, kChunk, [&](std::size_t i) { return parents[i].body; });
@@ -108,8 +110,7 @@ class Search {
       from = end;
     }
     for (int round = 1; round < kRounds && fitting(all, k) < room() / 2; ++round) {
-      if (round >= kRounds / 2 && fitting(all, k) == 0)
-        break;  // out of reach: more of the same would not help
+      if (fitting(all, k) == 0) break;  // out of reach: more of the same would not help
       expand(0, ends.back(), round, kPlausible);
     }
     for (int round = 0; round < kLooseRounds && fitting(all, k) < room() / 8; ++round)
@@ -128,22 +129,14 @@ class Search {
       if (!ends_as_asked(*last[i].unchanged, problem_.marks.ending)) continue;
       add_leaf(i, {last[i].onset.after, 0.0, 0.0}, last[i].unchanged->event);
     }
-    for (const Tolerance& tolerance : {kPlausible, kTolerable}) {
-      if (ended_soundly_) break;
-      const auto chunks = chunks_of(0, last.size(), kChunk, [&](std::size_t i) { return last[i].body; });
-      std::vector<std::vector<Trial>> trials(chunks.size());
-      each_chunk(chunks, [&](std::size_t c, Expander& expander) {
-        std::vector<RandomStream> random;
-        for (std::size_t i = 0; i < chunks[c].size; ++i)
-          random.push_back(stream(problem_.marks.size() * (kRounds + kLooseRounds), chunks[c].from + i));
-        trials[c] = expander.finish(std::span(last).subspan(chunks[c].from, chunks[c].size), kFinishRounds,
-                                    tolerance.excess, random);
-      });
-      for (std::size_t c = 0; c < chunks.size(); ++c)
-        for (const Trial& t : trials[c])
-          if (t.excess <= tolerance.excess)
-            add_leaf(chunks[c].from + t.candidate, {t.after, t.excess, 0.0}, t.passage.event);
-    }
+    // In groups, until there is one, or so much is simulated that more of this beam is not worth it: bodies
+    // that roll on for long cost most.
+    constexpr std::size_t kGroup = 4 * kChunk;
+    const double most_s = beam_.simulated_s + kFinishPerState_s * static_cast<double>(options_.beam);
+    for (const Tolerance& tolerance : {kPlausible, kTolerable})
+      for (std::size_t from = 0; from < last.size() && !ended_soundly_ && beam_.simulated_s < most_s;
+           from += kGroup)
+        end(from, std::min(last.size(), from + kGroup), tolerance);
     std::stable_sort(beam_.leaves.begin(), beam_.leaves.end(), [](const Leaf& a, const Leaf& b) {
       if (a.violations != b.violations) return a.violations < b.violations;
       if (a.violations == 0 && a.stretched != b.stretched) return a.stretched < b.stretched;
@@ -152,6 +145,24 @@ class Search {
   }
 
  private:
+  // Changes the last impact of some candidates of the last level.
+  void end(std::size_t from, std::size_t to, const Tolerance& tolerance) {
+    const std::vector<Candidate>& last = beam_.levels.back().candidates;
+    const auto chunks = chunks_of(from, to, kChunk, [&](std::size_t i) { return last[i].body; });
+    std::vector<std::vector<Trial>> trials(chunks.size());
+    each_chunk(chunks, [&](std::size_t c, Expander& expander) {
+      std::vector<RandomStream> random;
+      for (std::size_t i = 0; i < chunks[c].size; ++i)
+        random.push_back(stream(problem_.marks.size() * (kRounds + kLooseRounds), chunks[c].from + i));
+      trials[c] = expander.finish(std::span(last).subspan(chunks[c].from, chunks[c].size), kFinishRounds,
+                                  tolerance.excess, random);
+    });
+    for (std::size_t c = 0; c < chunks.size(); ++c)
+      for (const Trial& t : trials[c])
+        if (t.excess <= tolerance.excess)
+          add_leaf(chunks[c].from + t.candidate, {t.after, t.excess, 0.0}, t.passage.event);
+  }
+
   RandomStream stream(std::size_t round, std::size_t index) const {
     return RandomStream(options_.seed, (static_cast<std::uint64_t>(round + 1) << 32) | index);
   }
@@ -181,13 +192,14 @@ class Search {
     return all;
   }
 
-  // How many of them would be kept for their own sake: plausible, and not too many of one parent.
+  // How many of them would be kept for their own sake: plausible as far as the marks before allowed it, and
+  // not too many of one parent.
   std::size_t fitting(const std::vector<Candidate>& all, std::size_t k) const {
     const bool last = k + 2 == problem_.marks.size();
     std::vector<std::size_t> born;
     std::size_t n = 0;
     for (const Candidate& c : all) {
-      if (c.violations > 0) continue;
+      if (c.violations > fewest_violations_) continue;
       if (last && ends_as_asked(*c.unchanged, problem_.marks.ending)) return room();
       const auto parent = static_cast<std::size_t>(c.parent);
       if (parent >= born.size()) born.resize(parent + 1, 0);
@@ -211,6 +223,7 @@ class Search {
   Progress* progress_;
   Beam& beam_;
   bool ended_soundly_ = false;  // some leaf
+  int fewest_violations_ = 0;   // of the level that is gone on from
 };
 
 }  // namespace

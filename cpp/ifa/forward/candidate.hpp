@@ -16,7 +16,9 @@ struct Tolerance {
   double excess, retime;
 };
 inline constexpr Tolerance kPlausible{1.0, 0.07};
-inline constexpr Tolerance kTolerable{4.0, 0.25};  // as far as a motion can go and still succeed
+inline constexpr Tolerance kTolerable{4.0,
+                                      0.25};  // as far as the search goes where nothing plausible is found
+inline constexpr double kLateShare = 1.35;    // of an interval: how long a passage is followed beyond it
 
 // A mark whose factors multiply to less drags the Score (eq. 12) below the 0.3 of a motion that succeeded: 6
 // log 0.3.

@@ -12,14 +12,9 @@ namespace {
 
 constexpr std::size_t kLengthClosings = 3;  // root searches of the last event's length for a candidate
 constexpr int kScattered = 8;               // changes tried for a candidate in one round
-constexpr double kAside = 0.5;              // of the region's radius: how far variants lie apart
 constexpr double kSecondWeight = 0.3;       // of what is seen beyond the next mark, where changes will matter
 constexpr double kEdge = 0.99;              // of the region's radius: as far as a change goes along a line
 constexpr double kOvershoot = 1.2;          // beyond where the mark should be, so that it is enclosed
-
-bool hits_at_all(const Passage& passage) {
-  return passage.next == Next::hit || passage.next == Next::dubious;
-}
 
 // The slices of `trials`, which are ordered by candidate, with the unchanged one of each.
 template <class Use>
@@ -152,7 +147,7 @@ double Expander::miss(const Passage& passage, std::size_t k) const {
   if (k + 1 < marks.size()) {
     constexpr double kReach = 0.25;  // a change moves the next hit by some such share
     constexpr double kRest = 0.8, kLate = 0.5;
-    return (hits_at_all(passage)         ? std::log(passage.interval_s / problem.target_s(k))
+    return (passage.hits()               ? std::log(passage.interval_s / problem.target_s(k))
             : passage.next == Next::late ? kLate
                                          : kRest) /
            kReach;
@@ -221,7 +216,7 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
       const double amiss = std::max(0.0, kLeastLogFactors - log_factors(t));
       return 0.5 * std::min(1.0, 0.1 * std::log1p(amiss));
     }
-    if (!hits_at_all(t.passage)) return 1.0;
+    if (!t.passage.hits()) return 1.0;
     return 0.5 +
            std::log1p(t.passage.onset.hit.approach_speed_m_s / problem.physics.hearing.audible_speed_m_s);
   };

@@ -27,12 +27,18 @@ std::vector<Material> materials_to_try(const Body& body, const Marks& marks, boo
       materials.push_back(material);
   };
   const Estimate said = estimate(body, marks);
-  const double mu = body.material().friction;
-  if (said.restitution_from_gaps) add(said.restitution, mu);
-  if (said.ball) return materials;
-  // What dice and the like can tell apart: restitution above all. Friction hardly shows in when hits come.
-  for (const double e : {0.3, 0.45, 0.6, 0.75}) add(e, mu);
-  for (const double other : {0.15, 0.5}) add(0.45, other);
+  const Material given = body.material();
+  if (said.ball) {  // its gaps give the restitution exactly, or say nothing of it
+    if (said.restitution_from_gaps)
+      materials.push_back(
+          {said.restitution, given.friction, given.rolling_friction_m, given.spin_friction_m});
+    return materials;
+  }
+  if (said.restitution_from_gaps) add(said.restitution, given.friction);
+  // Restitution above all, over what hard bodies on hard ground have; friction hardly shows in when hits
+  // come.
+  for (const double e : {0.3, 0.45, 0.6, 0.75}) add(e, given.friction);
+  for (const double factor : {0.5, 2.0}) add(given.restitution, factor * given.friction);
   return materials;
 }
 

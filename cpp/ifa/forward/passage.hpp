@@ -39,9 +39,14 @@ struct Passage {
   Next next = Next::late;
   double interval_s = 0.0;  // from the event to the next one (or to where the run ended)
   Event event;              // the event it began with, chain and all
-  Onset onset;              // where next is hit or dubious: of the next event
+  Onset onset;              // where a hit ended it: of the next event
   State end;                // where it ended; before the next event's impact
   double rest_s = 0.0;      // where next is rest: when it began, from the event
+
+  // Whether a hit ended it, one that can be told or not.
+  bool hits() const {
+    return next == Next::hit || (next == Next::dubious && onset.hit.approach_speed_m_s > 0.0);
+  }
 };
 
 // Where a passage begins.
@@ -114,7 +119,8 @@ struct Record {
   std::vector<Load> loads;
 };
 
-// One passage, with what lies on the way; the same bytes as in Passages. `onset` is left as it is.
+// One passage, with what lies on the way; the same bytes as in Passages, but that a ball's rolling is
+// simulated to its end. `onset` is left as it is.
 Passage record_passage(const Body& body, const SearchPhysics& physics, const Departure& departure,
                        Record& record, const Progress* progress = nullptr);
 

@@ -20,6 +20,7 @@ struct Level {
   void forget(std::size_t from) {
     candidates.resize(std::min(from, candidates.size()));
     std::erase_if(batch_ends, [from](std::size_t end) { return end > from; });
+    candidates.shrink_to_fit();
     for (Candidate& c : candidates) c.unchanged.reset();
   }
 };

@@ -17,9 +17,8 @@ namespace {
 struct Rung {
   int beam, proposals;
 };
-constexpr Rung kLadder[] = {{40, 3}, {120, 3}, {360, 3}, {1080, 3}, {3240, 3}};
+constexpr Rung kLadder[] = {{40, 3}, {120, 3}, {360, 3}, {1080, 3}, {2160, 3}};
 
-constexpr double kMost = 0.8;
 constexpr int kTrackedRungs = 1;   // while a known motion is kept to
 constexpr int kMostSearches = 12;  // of one rung, for the takes that the first one lacks
 
@@ -86,62 +85,81 @@ class Solver {
     return best_takes(problem(), beam, options_.takes, options_.lead_in_s, {}, progress_);
   }
 
+  // Whether a rung that would take so long is begun: alone the clock decides that.
+  bool in_time(double rung_s) const { return seconds_gone() + rung_s <= options_.time_budget_s; }
+
+  // A call that leads half of the way that is left.
+  Progress half() { return Progress(progress_, reached(), 0.5 * (1.0 + reached())); }
+  double reached() const { return progress_ ? progress_->fraction() : 0.0; }
+
   void go_on(const KeptSearch& before) {
     const std::size_t same = std::min(marks_in_common(before.marks, kept_.marks), before.beam.levels.size());
     if (same == 0) return;
     const std::vector<Body> own = std::exchange(kept_.bodies, before.bodies);  // the levels refer to them
-    for (int rung = 0; rung <= kTrackedRungs && options_.takes == 1; ++rung) {
-      Progress part(progress_, 0.0, 0.0);  // how far this leads is open
-      Beam tracked = track_beam(problem(), beam_options(rung), &part, before.beam, same);
-      if (tracked.leaves.empty()) continue;
-      auto takes = takes_of(tracked);
-      offer(std::move(tracked), std::move(takes), rung);
-      if (takes_.front().plausible) return;
-    }
     const int last = options_.rung >= 0 ? std::min(options_.rung, before.rung) : before.rung;
-    for (int rung = 0; rung <= last; ++rung) {
-      Progress part(progress_, 0.0, 0.0);  // how far this leads is open
-      Beam beam = search_beam(problem(), beam_options(rung), &part, &before.beam, same);
+    double rung_s = 0.0;
+    const auto search = [&](int rung, auto&& beam_of) {
+      if (!takes_.empty() && takes_.front().plausible) return;
+      if (options_.rung < 0 && !in_time(rung_s)) return;
+      const double began = seconds_gone();
+      Progress part = half();
+      Beam beam = beam_of(beam_options(rung), &part);
+      rung_s = seconds_gone() - began;
+      if (beam.leaves.empty() && rung < last) return;
+      if (beam.levels.empty()) return;
       auto takes = takes_of(beam);
       offer(std::move(beam), std::move(takes), rung);
-      if (takes_.front().plausible) return;
-    }
+    };
+    for (int rung = 0; rung <= std::min(last, kTrackedRungs); ++rung)
+      search(rung, [&](const BeamOptions& options, Progress* part) {
+        return track_beam(problem(), options, part, before.beam, same);
+      });
+    for (int rung = 0; rung <= last; ++rung)
+      search(rung, [&](const BeamOptions& options, Progress* part) {
+        return search_beam(problem(), options, part, &before.beam, same);
+      });
+    if (!takes_.empty() && takes_.front().plausible) return;
+    takes_.clear();  // what the climb finds has its own materials
     kept_.bodies = own;
   }
 
   void climb() {
     const int first = std::max(options_.rung, 0),
               last = options_.rung >= 0 ? options_.rung : rung_count() - 1;
-    const double parts = last - first + 1;
+    const double from = reached(), parts = last - first + 1;
     double rung_s = 0.0;
     for (int rung = first; rung <= last; ++rung) {
-      // A rung costs about as much more than the last one as it is larger; if it fails early, less. One that
-      // would not get most of it done within the budget is not begun.
+      // A rung costs about as much more than the last one as it is larger, had that reached the end.
+      if (rung > first && !in_time(rung_s * static_cast<double>(kLadder[rung].beam) / kLadder[rung - 1].beam))
+        return;
       const double rung_began = seconds_gone();
-      if (rung > first) {
-        const double more = static_cast<double>(kLadder[rung].beam) / kLadder[rung - 1].beam;
-        if (rung_began + kMost * more * rung_s > options_.time_budget_s) return;
-      }
-      Progress part(progress_, (rung - first) / parts, (rung - first + 1) / parts);
+      const auto at = [&](int r) { return from + (1.0 - from) * (r - first) / parts; };
+      Progress part(progress_, at(rung), at(rung + 1));
       Beam beam = search_beam(problem(), beam_options(rung), &part);
+      const double share = static_cast<double>(std::max<std::size_t>(beam.levels.size(), 1)) /
+                           static_cast<double>(kept_.marks.size());
       if (!beam.levels.empty()) {
         auto takes = takes_of(beam);
         offer(std::move(beam), std::move(takes), rung);
         if (takes_.front().plausible) return;
       }
-      rung_s = seconds_gone() - rung_began;
+      rung_s = (seconds_gone() - rung_began) / share;
     }
   }
 
   // Takes that the beam lacks, from more searches of its rung with other random numbers.
   void add_takes() {
     const int rung = takes_.front().rung;
+    double last_s = 0.0;
     for (int search = 1; search < kMostSearches && takes_.size() < static_cast<std::size_t>(options_.takes);
          ++search) {
+      if (options_.rung < 0 && !in_time(last_s)) break;
+      const double began = seconds_gone();
       BeamOptions other = beam_options(rung);
       other.seed += 0x9E3779B97F4A7C15u * static_cast<std::uint64_t>(search);
-      Progress part(progress_, 0.0, 0.0);
+      Progress part = half();
       const Beam beam = search_beam(problem(), other, &part);
+      last_s = seconds_gone() - began;
       if (beam.leaves.empty()) continue;
       for (Solution& s : best_takes(problem(), beam, options_.takes, options_.lead_in_s, takes_, progress_)) {
         s.rung = rung;

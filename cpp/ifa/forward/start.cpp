@@ -85,7 +85,6 @@ namespace {
 
 constexpr int kRefinements = 8;
 constexpr double kOnTime_s = 1e-5;
-constexpr double kLateShare = 1.35;  // a passage is followed this far beyond its target
 
 // A start whose speed along its heading is still sought.
 struct Throw {
@@ -121,7 +120,7 @@ void look(const Problem& problem, Passages& passages, std::vector<Throw>& throws
       t.bracket.reset();
       continue;
     }
-    const bool hit = arrivals[j].next == Next::hit || arrivals[j].next == Next::dubious;
+    const bool hit = arrivals[j].hits();
     t.seen.push_back({speed, hit ? arrivals[j].interval_s - target : kNever});
   }
 }

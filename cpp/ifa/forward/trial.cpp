@@ -6,8 +6,6 @@
 namespace ifa {
 namespace {
 
-constexpr double kLateShare = 1.35;  // a passage is followed this far beyond its target
-
 // How long a passage that leaves event k is followed.
 double limit_s(const Problem& problem, const Body& body, std::size_t k, const State& after) {
   if (k + 1 < problem.marks.size()) return kLateShare * problem.target_s(k);
@@ -30,8 +28,7 @@ void judge(const Problem& problem, std::size_t k, Trial& trial) {
     if (trial.meets) trial.lateness_s = passage.event.length_s - problem.marks.durations_s[k];
   } else {
     trial.meets = passage.next == Next::hit;
-    if (trial.meets || passage.next == Next::dubious)
-      trial.lateness_s = passage.interval_s - problem.target_s(k);
+    if (passage.hits()) trial.lateness_s = passage.interval_s - problem.target_s(k);
   }
 }
 
