@@ -59,7 +59,7 @@ void count_hits(const Record& whole, const SearchPhysics& physics, const Marks& 
       continue;
     }
     while (k < n && met[k]) ++k;
-    if (k < n && hit.time_s == time.simulated_s[k]) {
+    if (k < time.simulated_s.size() && hit.time_s == time.simulated_s[k]) {  // of those that were reached
       met[k] = 1;
       builder = EventBuilder(physics.hearing, marks.durations_s[k]);
       solution.events[k].achieved_s = time.to_motion(hit.time_s);
