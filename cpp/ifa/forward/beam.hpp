@@ -11,8 +11,7 @@
 namespace ifa {
 
 struct BeamOptions {
-  int beam = 300;     // states kept at each event
-  int proposals = 4;  // root searches for each state
+  int beam = 300;  // states kept at each event
   std::uint64_t seed = 0;
   int threads = 0;
 };

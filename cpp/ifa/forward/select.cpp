@@ -60,10 +60,6 @@ void take_evenly(Selection& selection, const std::map<Key, std::vector<std::size
   }
 }
 
-}  // namespace
-
-namespace {
-
 // Those of `order`, which is sorted, that fill one batch.
 std::vector<std::size_t> select_batch(const std::vector<Candidate>& all,
                                       const std::vector<std::size_t>& order, const Problem& problem,

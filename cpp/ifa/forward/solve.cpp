@@ -14,10 +14,7 @@
 namespace ifa {
 namespace {
 
-struct Rung {
-  int beam, proposals;
-};
-constexpr Rung kLadder[] = {{40, 3}, {120, 3}, {360, 3}, {1080, 3}, {2160, 3}};
+constexpr int kLadder[] = {40, 120, 360, 1080, 2160};  // states in the beam
 
 constexpr int kTrackedRungs = 1;   // while a known motion is kept to
 constexpr int kMostSearches = 12;  // of one rung, for the takes that the first one lacks
@@ -65,9 +62,7 @@ class Solver {
 
   Problem problem() const { return {kept_.bodies, kept_.physics, kept_.marks}; }
 
-  BeamOptions beam_options(int rung) const {
-    return {kLadder[rung].beam, kLadder[rung].proposals, options_.seed, options_.threads};
-  }
+  BeamOptions beam_options(int rung) const { return {kLadder[rung], options_.seed, options_.threads}; }
 
   // What a rung has found competes with what others did only as a whole.
   void offer(Beam&& beam, std::vector<Solution>&& takes, int rung) {
@@ -105,8 +100,7 @@ class Solver {
       Progress part = half();
       Beam beam = beam_of(beam_options(rung), &part);
       rung_s = seconds_gone() - began;
-      if (beam.leaves.empty() && rung < last) return;
-      if (beam.levels.empty()) return;
+      if (beam.leaves.empty() || beam.leaves.front().violations > 0) return;  // the climb may do better
       auto takes = takes_of(beam);
       offer(std::move(beam), std::move(takes), rung);
     };
@@ -130,8 +124,7 @@ class Solver {
     double rung_s = 0.0;
     for (int rung = first; rung <= last; ++rung) {
       // A rung costs about as much more than the last one as it is larger, had that reached the end.
-      if (rung > first && !in_time(rung_s * static_cast<double>(kLadder[rung].beam) / kLadder[rung - 1].beam))
-        return;
+      if (rung > first && !in_time(rung_s * static_cast<double>(kLadder[rung]) / kLadder[rung - 1])) return;
       const double rung_began = seconds_gone();
       const auto at = [&](int r) { return from + (1.0 - from) * (r - first) / parts; };
       Progress part(progress_, at(rung), at(rung + 1));
