@@ -52,6 +52,8 @@ std::vector<Closing> enclose(const Problem& problem, std::span<const Trial> tria
       Closing closing{a.y, b.y - a.y, Bracket({0.0, a.lateness_s}, {1.0, b.lateness_s}), {}};
       closing.best.candidate = i;
       closing.best.excess = kNever;
+      if (std::isfinite(b.lateness_s))
+        closing.slope_s = b.lateness_s - a.lateness_s;  // early ones are finite
       for (const Trial* t : {&a, &b})
         keep_better(closing, *t, t->log_factors(problem, k, candidates[i].first_amplitude));
       closings.push_back(std::move(closing));

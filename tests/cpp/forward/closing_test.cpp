@@ -138,6 +138,22 @@ TEST_F(BallAtItsFirstMark, SlopeIsThatOfTheParabola) {
   EXPECT_TRUE(anchors_of({unknown, off, missed}, target_s(), kPlausible).empty());
 }
 
+// Two finite ends of a parabola's line: the first value already hits, and the slope is known all the same.
+TEST_F(BallAtItsFirstMark, SlopeIsKnownWhereTheFirstValueHits) {
+  std::vector<Trial> tries{tried(Vec6(-0.1 * Vec6::Unit(0))), tried(Vec6(0.4 * Vec6::Unit(0)))};
+  ASSERT_LT(tries[0].lateness_s, 0.0);
+  ASSERT_GT(tries[1].lateness_s, 0.0);
+  ASSERT_NE(tries[1].lateness_s, kNever);
+  std::vector<char> used(2, 0);
+  auto closings = enclose(problem_, tries, std::span(candidates_).first(1), 0, 1, used);
+  ASSERT_EQ(closings.size(), 1u);
+  close_in(trials_, candidates_, 0, 1.0, closings);
+  const double slope = 2.0 / sample::kGravity * kHalfHeight_m_s * 0.5;
+  EXPECT_NEAR(closings[0].slope_s, slope, 1e-9 * slope);  // 1e-12 s of rounding over a step of some ms
+  EXPECT_LE(std::abs(closings[0].best.lateness_s), 1e-4 * target_s());
+  EXPECT_EQ(anchors_of(closings, target_s(), kPlausible).size(), 1u);
+}
+
 // Variants leave in other directions and with other spins, all of them as high as the mark asks.
 TEST_F(BallAtItsFirstMark, VariantsAreInTimeAndWithinTheRegion) {
   const double y0 = (0.5 * sample::kGravity * target_s() - 1.0) / kHalfHeight_m_s;
