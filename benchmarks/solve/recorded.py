@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from itertools import product
 from pathlib import Path
 
@@ -43,41 +44,35 @@ def _recordings(shared: Path, marked: str) -> list[Case]:
 
 def tosses(shared: Path) -> list[Case]:
     """Every hit of a motion-captured toss of a cube is a mark, with the impulse measured."""
-    cube, rows = _tosses(shared)
-    return [
-        Case(
-            f"toss_{toss['toss']:03}",
-            cube,
-            ifa.Signature(
-                [hit["t"] for hit in toss["hits"]],
-                amplitudes=[hit["amp"] for hit in toss["hits"]],
-                ending=_ending(toss),
-            ),
+
+    def marks(toss: dict) -> ifa.Signature:
+        return ifa.Signature(
+            [hit["t"] for hit in toss["hits"]],
+            amplitudes=[hit["amp"] for hit in toss["hits"]],
+            ending=_ending(toss),
         )
-        for toss in rows
-    ]
+
+    return _toss_cases(shared, marks, "audible")
 
 
 def toss_events(shared: Path) -> list[Case]:
     """The same tosses in the paper's sense: intervals of contact, with their impulse."""
-    cube, rows = _tosses(shared)
-    return [
-        Case(
-            f"toss_{toss['toss']:03}",
-            cube,
-            ifa.Signature(
-                [event["t"] for event in toss["events"]],
-                [
-                    event["dur"] if event["kind"] == "continuous" else 0.0
-                    for event in toss["events"]
-                ],
-                [event["amp"] for event in toss["events"]],
-                ending=_ending(toss),
-            ),
-            events="contact",
+
+    def marks(toss: dict) -> ifa.Signature:
+        events = toss["events"]
+        return ifa.Signature(
+            [event["t"] for event in events],
+            [event["dur"] if event["kind"] == "continuous" else 0.0 for event in events],
+            [event["amp"] for event in events],
+            ending=_ending(toss),
         )
-        for toss in rows
-    ]
+
+    return _toss_cases(shared, marks, "contact")
+
+
+def _toss_cases(shared: Path, marks_of: Callable[[dict], ifa.Signature], events: str) -> list[Case]:
+    cube, rows = _tosses(shared)
+    return [Case(f"toss_{row['toss']:03}", cube, marks_of(row), events=events) for row in rows]
 
 
 def balls(shared: Path) -> list[Case]:

@@ -58,13 +58,8 @@ def _solve(options: argparse.Namespace) -> int:
             lambda: ifa.solve(
                 body,
                 marks,
+                **_search_options(options),
                 method=options.method,
-                events=options.events,
-                seed=options.seed,
-                time_budget_s=options.time_budget,
-                threads=options.threads,
-                material=options.material,
-                energy_gain_j=options.energy_gain,
                 takes=options.takes,
                 lead_in_s=options.lead_in,
                 progress=progress,
@@ -129,12 +124,7 @@ def _explain(options: argparse.Namespace) -> int:
         lambda: ifa.explain(
             body,
             marks,
-            material=options.material,
-            energy_gain_j=options.energy_gain,
-            seed=options.seed,
-            time_budget_s=options.time_budget,
-            threads=options.threads,
-            events=options.events,
+            **_search_options(options),
             progress=progress,
         ),
         progress,
@@ -149,6 +139,18 @@ def _explain(options: argparse.Namespace) -> int:
         if options.out is not None:
             print(f"written to {options.out}")
     return DONE if explanation.plausible or explanation.repairs else NO_MOTION
+
+
+def _search_options(options: argparse.Namespace) -> dict[str, Any]:
+    """What a solve and an explanation have in common."""
+    return {
+        "events": options.events,
+        "material": options.material,
+        "energy_gain_j": options.energy_gain,
+        "seed": options.seed,
+        "time_budget_s": options.time_budget,
+        "threads": options.threads,
+    }
 
 
 def _request(options: argparse.Namespace) -> tuple[ifa.Body, ifa.Signature]:

@@ -6,23 +6,16 @@
 #include <vector>
 
 #include "ifa/forward/passage.hpp"
+#include "ifa/forward/standard.hpp"
 #include "ifa/signature/factors.hpp"
 #include "ifa/signature/marks.hpp"
 
 namespace ifa {
 
-// How far an impact may be changed (|C v_eval|^2) and an interval retimed (ratio - 1).
-struct Tolerance {
-  double excess, retime;
-};
-inline constexpr Tolerance kPlausible{1.0, 0.07};
-inline constexpr Tolerance kTolerable{4.0,
-                                      0.25};  // as far as the search goes where nothing plausible is found
-inline constexpr double kLateShare = 1.35;    // of an interval: how long a passage is followed beyond it
+// As far as the search goes where nothing plausible is found.
+inline constexpr Tolerance kTolerable{4.0, 0.25};
+inline constexpr double kLateShare = 1.35;  // of an interval: how long a passage is followed beyond it
 
-// A mark whose factors multiply to less drags the Score (eq. 12) below the 0.3 of a motion that succeeded: 6
-// log 0.3.
-inline constexpr double kLeastLogFactors = -7.2;
 inline constexpr double kUnnoticed = 0.02;  // retiming (ratio - 1): what no viewer could see
 
 // What is to be solved, and with which bodies: they differ in their materials alone.

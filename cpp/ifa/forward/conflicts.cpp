@@ -4,13 +4,10 @@
 #include <cmath>
 
 #include "ifa/base/message.hpp"
-#include "ifa/forward/candidate.hpp"
+#include "ifa/forward/standard.hpp"
 
 namespace ifa {
 namespace {
-
-// What `succeeded` means (CONVENTIONS.md), and the rounding that it allows.
-constexpr double kLeastScore = 0.3, kMostPenetration_m = 1e-4, kRounding = 1e-9;
 
 // "1 mark", "3 marks".
 std::string count(std::size_t n, const char* what) {
@@ -61,11 +58,11 @@ std::vector<Conflict> conflicts_of(const Marks& marks, const Estimate& estimate,
         add(k, ConflictKind::missed, missed_text(k, n));
         continue;
       }
-      if (event.excess > kPlausible.excess + kRounding)
+      if (event.excess > kPlausible.excess + kStandardRounding)
         add(k, ConflictKind::implausible,
             "it is met only by changing an impact beyond what looks like physics (excess " +
                 brief(event.excess) + ", plausible up to 1)");
-      if (std::max(event.retime, 1.0 / event.retime) > 1.0 + kPlausible.retime + kRounding)
+      if (std::max(event.retime, 1.0 / event.retime) > 1.0 + kPlausible.retime + kStandardRounding)
         add(k, ConflictKind::retimed, retimed_text(event));
     }
     if (missed == n && solution->extra_hits > 0)

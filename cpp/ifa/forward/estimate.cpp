@@ -121,10 +121,6 @@ std::vector<Finding> findings_of(const Estimate& e, Ending ending) {
 
 }  // namespace
 
-double suggested_restitution(const Body& body, const Marks& marks) {
-  return restitution_of_gaps(body, marks).value_or(body.material().restitution);
-}
-
 Estimate estimate(const Body& body, const Marks& marks, const Vec3& gravity_m_s2) {
   constexpr double kAnyGap_s = 0.0;  // whoever made the marks had a merge gap of their own
   validate(marks, kAnyGap_s);

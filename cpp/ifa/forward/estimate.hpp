@@ -63,7 +63,4 @@ struct Estimate {
 // point into the ground.
 Estimate estimate(const Body& body, const Marks& marks, const Vec3& gravity_m_s2 = {0.0, 0.0, -9.81});
 
-// Estimate::restitution alone.
-double suggested_restitution(const Body& body, const Marks& marks);
-
 }  // namespace ifa

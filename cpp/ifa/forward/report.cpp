@@ -14,10 +14,6 @@ constexpr double kStillAtEnd_s = 0.1;   // shown after coming to rest
 constexpr double kMostUnasked_s = 3.0;  // shown after the last mark that was reached, where it does not rest
 constexpr double kTailBeforeHit_s = 2e-3;  // an open motion ends this long before a hit that no mark asks for
 
-// What `succeeded` and `plausible` mean (CONVENTIONS.md).
-constexpr double kOnTime_s = 1e-3, kMostRetime = 0.30, kMostPenetration_m = 1e-4, kLeastScore = 0.3;
-constexpr double kPlausibleRetime = 0.07;
-
 void append(Record& whole, const Record& part, double offset_s) {
   const auto add = [offset_s](auto& to, const auto& from) {
     for (auto item : from) {
@@ -202,13 +198,12 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
   solution.restitution = body.material().restitution;
   solution.friction = body.material().friction;
   const bool rested = !rest || nodes.back().phase == Phase::rest;
-  constexpr double kRounding = 1e-9;
   solution.succeeded = rested && solution.missed_hits == 0 && solution.extra_hits == 0 &&
-                       solution.max_abs_error_s <= kOnTime_s && most_retime <= 1.0 + kMostRetime &&
+                       solution.max_abs_error_s <= kMostError_s && most_retime <= 1.0 + kMostRetime &&
                        solution.max_penetration_m <= kMostPenetration_m && solution.score >= kLeastScore &&
-                       solution.max_energy_gain_j <= physics.energy_gain_j + kRounding;
-  solution.plausible = solution.succeeded && most_excess <= 1.0 + kRounding &&
-                       most_retime <= 1.0 + kPlausibleRetime + kRounding;
+                       solution.max_energy_gain_j <= physics.energy_gain_j + kStandardRounding;
+  solution.plausible = solution.succeeded && most_excess <= kPlausible.excess + kStandardRounding &&
+                       most_retime <= 1.0 + kPlausible.retime + kStandardRounding;
   return solution;
 }
 

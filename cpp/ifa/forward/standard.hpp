@@ -1,0 +1,20 @@
+// What `succeeded` and `plausible` mean (CONVENTIONS.md): one place for whoever searches, measures or
+// explains.
+#pragma once
+
+namespace ifa {
+
+// How far an impact may be changed (|C v_eval|^2) and an interval retimed (ratio - 1).
+struct Tolerance {
+  double excess, retime;
+};
+inline constexpr Tolerance kPlausible{1.0, 0.07};
+
+// A motion that succeeded.
+inline constexpr double kMostError_s = 1e-3, kMostRetime = 0.30, kMostPenetration_m = 1e-4, kLeastScore = 0.3;
+inline constexpr double kStandardRounding = 1e-9;  // that these allow
+
+// A mark whose factors multiply to less drags the Score (eq. 12) below kLeastScore: 6 log 0.3, rounded.
+inline constexpr double kLeastLogFactors = -7.2;
+
+}  // namespace ifa
