@@ -1,5 +1,6 @@
 #include "ifa/forward/passage.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -100,7 +101,7 @@ class Passages::Client {
   }
 
   void ended(Member& m, lanes::Stop stop) {
-    const bool rest = stop == lanes::Stop::rest;
+    const bool rest = stop == lanes::Stop::rest && stands(owner_.body_, state_of(m));
     finish(m, m.listener->ended(rest ? Next::rest : Next::late, m.time_s, state_of(m),
                                 rest ? m.slow_since_s : 0.0));
   }
@@ -118,7 +119,8 @@ class Passages::Client {
 };
 
 Passages::Passages(const Body& body, const SearchPhysics& physics)
-    : physics_(physics),
+    : body_(body),
+      physics_(physics),
       kernels_(*lanes::available_kernels().back()),
       flock_(body, physics.simulation, kernels_),
       dull_(view_of(body)) {
@@ -174,6 +176,18 @@ bool Passages::settle(State& state) const {
   return true;
 }
 
+bool stands(const Body& body, const State& at_rest) {
+  constexpr double kTouchShare =
+      1e-3;  // of the size: far above a face's vertices at rest, far below other ones
+  const auto& vertices = body.principal_vertices();
+  if (!body.rings().empty() || vertices.size() < 3) return true;
+  const Vec3 up = at_rest.orientation.conjugate() * kUp;
+  double lowest = kNever;
+  for (const Vec3& v : vertices) lowest = std::min(lowest, up.dot(v));
+  const double touch = lowest + kTouchShare * body.bounding_radius_m();
+  return std::ranges::count_if(vertices, [&](const Vec3& v) { return up.dot(v) <= touch; }) >= 3;
+}
+
 Passage record_passage(const Body& body, const SearchPhysics& physics, const Departure& departure,
                        Record& record, const Progress* progress) {
   Listener listener(physics, departure);
@@ -184,9 +198,9 @@ Passage record_passage(const Body& body, const SearchPhysics& physics, const Dep
     const auto stop = simulation.advance(departure.limit_s);
     for (; heard < record.loads.size(); ++heard) listener.add(record.loads[heard]);
     const double now = simulation.time_s();
-    if (stop == EventSimulation::Stop::rest)
+    if (stop == EventSimulation::Stop::rest && stands(body, simulation.state()))
       return listener.ended(Next::rest, now, simulation.state(), simulation.rest_s());
-    if (stop == EventSimulation::Stop::time_limit) return listener.ended(Next::late, now, simulation.state());
+    if (stop != EventSimulation::Stop::impact) return listener.ended(Next::late, now, simulation.state());
     if (listener.begins_next(now, simulation.approach_speed()))
       return listener.ended(Next::hit, now, simulation.state());
     const Hit hit = simulation.resolve();

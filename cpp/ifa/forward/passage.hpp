@@ -33,6 +33,7 @@ struct Onset {
   Hit hit;              // its time is 0
 };
 
+// `late`: neither a hit nor rest in time; a rest that the body would not keep is none.
 enum class Next { hit, rest, late, dubious };
 
 struct Passage {
@@ -104,6 +105,7 @@ class Passages {
 
   double rolls_for_s(const lanes::Sim& sim) const;
 
+  const Body& body_;
   const SearchPhysics& physics_;
   const lanes::Kernels& kernels_;
   Flock<Member> flock_;
@@ -111,6 +113,11 @@ class Passages {
   bool ball_;
   double simulated_s_ = 0.0;
 };
+
+// Whether a body at rest stands on three vertices or more, and not balanced on an edge or a corner, where
+// rolling friction can hold it though no viewer would believe it. Bodies that have no faces to stand on, and
+// those with circular edges, stand as they are.
+bool stands(const Body& body, const State& at_rest);
 
 // Where a recorded passage goes.
 struct Record {

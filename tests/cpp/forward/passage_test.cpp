@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <string>
 
 #include "contact_intervals.hpp"
@@ -308,6 +309,27 @@ TEST(Passages, SettleStopsApproachingPointsAndNothingElse) {
     high.velocity.z() = -5.0;
     EXPECT_FALSE(passages.settle(high));
   }
+}
+
+TEST(Stands, OnAFaceAndNotOnAnEdgeOrACorner) {
+  const Body box = sample::box({0.03, 0.02, 0.012}, 0.02);
+  const auto turned = [](double angle, const Vec3& axis) {
+    State s;
+    s.orientation = Quat(Eigen::AngleAxisd(angle, axis.normalized()));
+    return s;
+  };
+  const double right = 0.5 * std::numbers::pi;
+  for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0)})
+    for (int quarter = 0; quarter < 4; ++quarter) EXPECT_TRUE(stands(box, turned(quarter * right, axis)));
+  EXPECT_TRUE(stands(box, turned(1e-6, {1, 2, 0})));  // as flat as a face at rest is
+  // Balanced: the mass centre is just above an edge, then just above a corner.
+  EXPECT_FALSE(stands(box, turned(std::atan2(0.012, 0.02) + right, {1, 0, 0})));
+  const Quat corner = Quat::FromTwoVectors(Vec3(0.03, 0.02, 0.012), Vec3(0, 0, -1));
+  State on_corner;
+  on_corner.orientation = corner;
+  EXPECT_FALSE(stands(box, on_corner));
+  EXPECT_TRUE(stands(sample::ball(0.02, 0.03), turned(1.0, {1, 0, 0})));
+  EXPECT_TRUE(stands(sample::coin({}), turned(right, {1, 0, 0})));
 }
 
 }  // namespace
