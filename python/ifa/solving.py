@@ -62,7 +62,8 @@ def solve(
         lead_in_s: How long the motion flies before the first mark, s; less where an earlier contact
             comes, or the sound begins later than that.
         reuse: An earlier solution of the same body and options. What its marks and these have in
-            common from the start is gone on from, so that a nudged mark takes little time.
+            common from the start is gone on from, so that a nudged mark takes little time. With
+            `rung`, on rungs up to that one.
 
     The best motion found is returned even if it is not `succeeded`; it may miss marks
     (`missed_hits` above 0) or hit where there is none (`extra_hits`). Raises IfaValueError naming
