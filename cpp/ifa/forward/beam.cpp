@@ -19,7 +19,7 @@ constexpr int kProposals = 3;           // root searches for each state
 constexpr int kVariants = 4;            // of each root
 constexpr std::size_t kFewTracked = 6;  // children that keep to a known motion
 constexpr int kFinishRounds = 4;
-constexpr double kFinishPerState_s = 60.0;  // simulated in search of an ending, for each state of the beam
+constexpr double kFinishPerState_s = 20.0;  // simulated in search of an ending, for each state of the beam
 constexpr int kRounds = 3;                  // of plausible proposals for a level, at most
 constexpr int kLooseRounds = 2;             // of those beyond, where too few are plausible
 

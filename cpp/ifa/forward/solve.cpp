@@ -14,7 +14,7 @@
 namespace ifa {
 namespace {
 
-constexpr int kLadder[] = {40, 120, 360, 1080, 2160};  // states in the beam
+constexpr int kLadder[] = {40, 120, 360, 1080, 2160, 4320};  // states in the beam
 
 constexpr int kTrackedRungs = 1;   // while a known motion is kept to
 constexpr int kMostSearches = 12;  // of one rung, for the takes that the first one lacks
