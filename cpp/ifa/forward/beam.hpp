@@ -36,13 +36,6 @@ struct Beam {
 Beam search_beam(const Problem& problem, const BeamOptions& options, Progress* progress,
                  const Beam* kept = nullptr, std::size_t same = 0);
 
-// A motion, event by event; of a candidate that reached the last level and how it ends.
-struct Found {
-  int body = 0;
-  std::vector<Link> links;
-  bool complete = false;  // it ends as the marks ask
-};
-
 Found trace(const Beam& beam, const Leaf& leaf);
 
 // The beam of one motion: that of `kept`'s best leaf for marks that were the same up to and with event `same`

@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "ifa/forward/passage.hpp"
-#include "ifa/forward/standard.hpp"
 #include "ifa/signature/factors.hpp"
 #include "ifa/signature/marks.hpp"
+#include "ifa/solution/found.hpp"
+#include "ifa/solution/standard.hpp"
 
 namespace ifa {
 
@@ -34,19 +34,6 @@ struct Problem {
   }
 
   double target_s(std::size_t k) const { return marks.times_s[k + 1] - marks.times_s[k]; }
-};
-
-// How an event was left.
-struct Leave {
-  State after;  // the impact's outcome with its change
-  double excess = 0.0;
-  double interval_s = 0.0;  // to the next event, simulated
-};
-
-// One event of a found motion.
-struct Link {
-  Onset onset;
-  Leave leave;
 };
 
 struct Candidate {

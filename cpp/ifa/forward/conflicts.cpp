@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "ifa/base/message.hpp"
-#include "ifa/forward/standard.hpp"
+#include "ifa/solution/standard.hpp"
 
 namespace ifa {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "ifa/base/error.hpp"
-#include "ifa/forward/report.hpp"
+#include "ifa/solution/solution.hpp"
 
 namespace ifa {
 namespace {

@@ -8,7 +8,7 @@
 #include "ifa/base/message.hpp"
 #include "ifa/forward/kept.hpp"
 #include "ifa/forward/materials.hpp"
-#include "ifa/forward/report.hpp"
+#include "ifa/solution/solution.hpp"
 #include "ifa/forward/takes.hpp"
 
 namespace ifa {

@@ -21,15 +21,6 @@ StartOptions start_options(const Body& body, const Marks& marks, double gravity_
   return options;
 }
 
-double clear_before(const Body& body, const State& first, const Vec3& gravity_m_s2, double limit_s) {
-  State reversed = first;
-  reversed.velocity = -first.velocity;
-  reversed.angular_velocity = -first.angular_velocity;
-  Flight flight(body);
-  flight.start(reversed, gravity_m_s2);
-  return std::min(flight.next_contact(limit_s), limit_s);
-}
-
 namespace {
 
 bool usable(const Body& body, const SearchPhysics& physics, const StartOptions& options, const State& s) {

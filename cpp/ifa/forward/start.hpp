@@ -38,8 +38,4 @@ std::optional<State> sample_touchdown(const Body& body, const SearchPhysics& phy
 void begin_candidates(const Problem& problem, int body, Passages& passages, std::span<RandomStream> random,
                       std::vector<Candidate>& out, const Progress* progress);
 
-// How long the flight before `first` can be followed backwards before something touches the ground, at most
-// `limit_s`.
-double clear_before(const Body& body, const State& first, const Vec3& gravity_m_s2, double limit_s);
-
 }  // namespace ifa

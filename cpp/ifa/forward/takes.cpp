@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "ifa/forward/report.hpp"
+#include "ifa/solution/solution.hpp"
 #include "ifa/motion/difference.hpp"
 
 namespace ifa {

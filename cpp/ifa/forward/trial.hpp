@@ -10,9 +10,6 @@
 
 namespace ifa {
 
-inline constexpr double kLongestRest_s = 60.0;  // a body that has not come to rest by then is given up
-inline constexpr double kOpenTail_s = 0.5;      // how long a motion with an open ending goes on at most
-
 // One way: a point of the plausible region's 6-ball, and what became of it.
 struct Trial {
   std::size_t candidate = 0;  // index

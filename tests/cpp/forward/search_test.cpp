@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "ifa/base/error.hpp"
-#include "ifa/forward/report.hpp"
+#include "ifa/solution/solution.hpp"
 #include "ifa/forward/trial.hpp"
 #include "solutions.hpp"
 

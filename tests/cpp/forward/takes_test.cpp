@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "ifa/forward/report.hpp"
+#include "ifa/solution/solution.hpp"
 #include "ifa/motion/difference.hpp"
 #include "solutions.hpp"
 

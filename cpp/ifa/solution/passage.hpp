@@ -126,11 +126,18 @@ struct Record {
   std::vector<Load> loads;
 };
 
+// Of a passage that a hit ended: just before the contact that its last flight begins with.
+const State& state_before_last_flight(const Record& record);
+
 // One passage, with what lies on the way; the same bytes as in Passages, but that a ball's rolling is
 // simulated to its end. `onset` is left as it is.
 Passage record_passage(const Body& body, const SearchPhysics& physics, const Departure& departure,
                        Record& record, const Progress* progress = nullptr);
 
 Onset strike(const Body& body, const SearchPhysics& physics, const State& before);
+
+// How long the flight before `first` can be followed backwards before something touches the ground, at most
+// `limit_s`.
+double clear_before(const Body& body, const State& first, const Vec3& gravity_m_s2, double limit_s);
 
 }  // namespace ifa

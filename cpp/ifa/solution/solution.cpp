@@ -1,10 +1,10 @@
-#include "ifa/forward/report.hpp"
+#include "ifa/solution/solution.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "ifa/forward/expand.hpp"
-#include "ifa/forward/start.hpp"
+#include "ifa/rigid/contact.hpp"
+#include "ifa/solution/standard.hpp"
 
 namespace ifa {
 namespace {
@@ -115,6 +115,16 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
     Passage passage = record_passage(
         body, physics, {link.onset.hit, link.leave.after, marks.durations_s[k], limit}, record, progress);
     append(whole, record, now);
+    double excess = link.leave.excess;
+    if (link.take_off) {
+      const Node& leaves = record.nodes.back();
+      passage.interval_s = leaves.time_s + link.take_off->flight_s;
+      excess = std::max(excess, link.take_off->excess);
+      const double before_j = kinetic_energy(body, state_before_last_flight(record));
+      solution.max_energy_gain_j =
+          std::max(solution.max_energy_gain_j, kinetic_energy(body, link.take_off->after) - before_j);
+      nodes.push_back({now + leaves.time_s, link.take_off->after, Phase::flight});
+    }
 
     if (k == 0) first_amplitude = passage.event.amplitude;
     EventReport& event = solution.events[k];
@@ -164,8 +174,9 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
       const double target = marks.times_s[k + 1] - marks.times_s[k];
       next.error_s = passage.interval_s - target;
       next.retime = target / passage.interval_s;
-      next.excess = link.leave.excess;
-      next.factors.velocity = velocity_factor(link.leave.excess);
+      next.excess = excess;
+      next.factors.velocity = velocity_factor(excess);
+      next.factors.orientation = link.orientation_factor;
       next.factors.time = time_factor(passage.interval_s, target);
       now += passage.interval_s;
     }

@@ -1,4 +1,4 @@
-#include "ifa/forward/passage.hpp"
+#include "ifa/solution/passage.hpp"
 
 #include <algorithm>
 #include <array>
@@ -214,6 +214,21 @@ Onset strike(const Body& body, const SearchPhysics& physics, const State& before
   simulation.start(before, 0.0);
   const Hit hit = simulation.resolve();
   return {before, simulation.state(), hit};
+}
+
+const State& state_before_last_flight(const Record& record) {
+  const std::vector<Node>& nodes = record.nodes;
+  const std::size_t last = nodes.size() - 1;
+  return nodes[last > 0 && nodes[last - 1].time_s == nodes[last].time_s ? last - 1 : last].state;
+}
+
+double clear_before(const Body& body, const State& first, const Vec3& gravity_m_s2, double limit_s) {
+  State reversed = first;
+  reversed.velocity = -first.velocity;
+  reversed.angular_velocity = -first.angular_velocity;
+  Flight flight(body);
+  flight.start(reversed, gravity_m_s2);
+  return std::min(flight.next_contact(limit_s), limit_s);
 }
 
 }  // namespace ifa

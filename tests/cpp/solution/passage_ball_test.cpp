@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "passages.hpp"
+#include "solution/passages.hpp"
 #include "sample_bodies.hpp"
 
 namespace ifa {

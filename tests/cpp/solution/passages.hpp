@@ -1,7 +1,7 @@
 // One passage at a time.
 #pragma once
 
-#include "ifa/forward/passage.hpp"
+#include "ifa/solution/passage.hpp"
 
 namespace ifa::sample {
 

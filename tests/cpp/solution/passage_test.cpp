@@ -1,4 +1,4 @@
-#include "ifa/forward/passage.hpp"
+#include "ifa/solution/passage.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <string>
 
 #include "contact_intervals.hpp"
-#include "passages.hpp"
+#include "solution/passages.hpp"
 #include "sample_bodies.hpp"
 
 namespace ifa {

@@ -1,0 +1,53 @@
+// What a solve returns: a motion, measured.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "ifa/base/progress.hpp"
+#include "ifa/motion/motion.hpp"
+#include "ifa/signature/factors.hpp"
+#include "ifa/solution/found.hpp"
+
+namespace ifa {
+
+// There is no motion to show: no first contact was found at all. ifa.NoMotionError
+class NoMotionError : public Error {
+ public:
+  using Error::Error;
+};
+
+struct KeptSearch;  // of the forward search, for the next one
+
+struct EventReport {
+  double target_s, achieved_s;
+  double error_s;          // of the simulated interval that leads here, before retiming
+  double error_retimed_s;  // of the motion
+  double retime;           // the interval that leads here: in the motion over simulated
+  double excess;    // of the change that leads here; of the last event also the change after it, if larger
+  Factors factors;  // of the transition that leads here, and of this event's sound
+};
+
+struct Solution {
+  std::shared_ptr<const Motion> motion;
+  double score = 0.0, score_without_sound = 0.0;
+  bool succeeded = false, plausible = false;
+  std::vector<EventReport> events;
+  double max_abs_error_s = 0.0;
+  int missed_hits = 0, extra_hits = 0;  // audible hits that no event's chain holds are extra
+  double max_penetration_m = 0.0, max_energy_gain_j = 0.0;
+  double simulated_s = 0.0;                  // in all, on the motion's own rung
+  double restitution = 0.0, friction = 0.0;  // that the motion was made with
+  int rung = 0;
+  std::vector<Solution> others;  // further takes, best first; this motion is the one that `takes` = 1 gives
+  std::shared_ptr<const KeptSearch> kept;
+};
+
+// Simulates what was found once more, retimes it to its marks, and measures it.
+Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks, const Found& found,
+                       double lead_in_s, const Progress* progress = nullptr);
+
+// Whether a is better: plausible, then succeeded, then fewer missed and extra hits, then the score.
+bool better(const Solution& a, const Solution& b);
+
+}  // namespace ifa
