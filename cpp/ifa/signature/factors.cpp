@@ -12,9 +12,11 @@ constexpr double kThetaLinear = 20.0 * std::numbers::pi / 180.0;
 constexpr double kThetaAngular = 10.0 * std::numbers::pi / 180.0;
 constexpr double kPhiLinear = 0.4;
 constexpr double kPhiAngular = 0.2;
-constexpr double kTime = 100.0;       // c_t, halfwidth 7 % retiming
-constexpr double kAmplitude = 2.78;   // c_a, halfwidth 0.5
-constexpr double kDuration = 7000.0;  // c_Delta, halfwidth 10 ms
+constexpr double kOrientation = 0.85,
+                 kShortFlight_s = 0.2;  // c_q and T_0: halfwidth 0.9 rad/s, about 10 degrees
+constexpr double kTime = 100.0;         // c_t, halfwidth 7 % retiming
+constexpr double kAmplitude = 2.78;     // c_a, halfwidth 0.5
+constexpr double kDuration = 7000.0;    // c_Delta, halfwidth 10 ms
 
 constexpr double kLeastChange = 0.01;  // m/s
 
@@ -57,6 +59,11 @@ double PlausibleRegion::excess(const Vec3& velocity_offset, const Vec3& spin_off
 }
 
 double velocity_factor(double excess) { return std::exp(-excess); }
+
+double log_orientation_factor(double angle_rad, double flight_s) {
+  const double rate = angle_rad / std::min(flight_s, kShortFlight_s);
+  return -kOrientation * rate * rate;
+}
 
 double time_factor(double interval_s, double target_s) {
   return gaussian(kTime, std::max(interval_s, target_s) / std::min(interval_s, target_s) - 1.0);
