@@ -113,9 +113,9 @@ class Harvester {
     const Quat to_body = m.take_off.orientation.conjugate();
     put(c.change, to_body * (m.take_off.velocity - m.onset_before.velocity));
     put(c.change, to_body * (m.take_off.angular_velocity - m.onset_before.angular_velocity));
-    const double delay_s = m.take_off_s - m.onset_s;
-    c.delay_s.push_back(static_cast<float>(delay_s));
     const bool flight = next == Next::hit && m.flies;
+    const double delay_s = flight ? m.take_off_s - m.onset_s : now_s;
+    c.delay_s.push_back(static_cast<float>(delay_s));
     c.flight_s.push_back(flight ? static_cast<float>(now_s - delay_s) : 0.0f);
     c.energy_j.push_back(static_cast<float>(m.energy_j));
     c.amplitude.push_back(static_cast<float>(passage.event.amplitude));

@@ -28,7 +28,8 @@ struct NodeTable {
   Column<double> onset;    // (n, 11) just after the onset: height, quaternion wxyz, velocity, spin; world
   Column<float> take_off;  // (n, 10) just after take-off: up, velocity, spin in principal axes; height
   Column<float> change;    // (n, 6) of velocity and spin, from before the onset to after take-off; likewise
-  Column<float> delay_s;   // (n) from the onset to take-off
+  Column<float>
+      delay_s;  // (n) from the onset to take-off; where no flight follows to the next onset, or to rest
   Column<float> flight_s;  // (n) from take-off to the next onset; 0 where none leads there
   // (n) total energy just before the last contact, its impact or step; for the connection must not exceed it
   Column<float> energy_j;
