@@ -33,10 +33,6 @@ Mat3 half_axes(const Vec3& change, double least, double phi, double theta) {
   return axes;
 }
 
-double gaussian(double coefficient, double difference) {
-  return std::exp(-coefficient * difference * difference);
-}
-
 double safe_log(double factor) { return std::log(std::max(factor, 1e-300)); }
 
 }  // namespace
@@ -65,14 +61,30 @@ double log_orientation_factor(double angle_rad, double flight_s) {
   return -kOrientation * rate * rate;
 }
 
-double time_factor(double interval_s, double target_s) {
-  return gaussian(kTime, std::max(interval_s, target_s) / std::min(interval_s, target_s) - 1.0);
+double log_time_factor(double interval_s, double target_s) {
+  const double retiming = std::max(interval_s, target_s) / std::min(interval_s, target_s) - 1.0;
+  return -kTime * retiming * retiming;
 }
 
-double amplitude_factor(double amplitude, double target) { return gaussian(kAmplitude, amplitude - target); }
-double length_factor(double length_s, double target_s) { return gaussian(kDuration, length_s - target_s); }
+double log_amplitude_factor(double amplitude, double target) {
+  return -kAmplitude * (amplitude - target) * (amplitude - target);
+}
+
+double log_length_factor(double length_s, double target_s) {
+  return -kDuration * (length_s - target_s) * (length_s - target_s);
+}
+
+double time_factor(double interval_s, double target_s) {
+  return std::exp(log_time_factor(interval_s, target_s));
+}
+double amplitude_factor(double amplitude, double target) {
+  return std::exp(log_amplitude_factor(amplitude, target));
+}
+double length_factor(double length_s, double target_s) {
+  return std::exp(log_length_factor(length_s, target_s));
+}
 double centroid_factor(double centroid_s, double target_s) {
-  return gaussian(kDuration, centroid_s - target_s);
+  return std::exp(log_length_factor(centroid_s, target_s));
 }
 
 Factors sound_factors(const Event& event, const Marks& marks, std::size_t k, double first_amplitude) {

@@ -33,12 +33,17 @@ struct Factors {
   double velocity = 1.0, orientation = 1.0, time = 1.0, amplitude = 1.0, length = 1.0, centroid = 1.0;
 };
 
-double velocity_factor(double excess);                             // eq. 3
-double log_orientation_factor(double angle_rad, double flight_s);  // log of eq. 4
-double time_factor(double interval_s, double target_s);            // eq. 5; the interval before retiming
-double amplitude_factor(double amplitude, double target);          // eq. 6; both relative to the first event
-double length_factor(double length_s, double target_s);            // eq. 7
-double centroid_factor(double centroid_s, double target_s);        // eq. 8
+double velocity_factor(double excess);                       // eq. 3
+double time_factor(double interval_s, double target_s);      // eq. 5; the interval before retiming
+double amplitude_factor(double amplitude, double target);    // eq. 6; both relative to the first event
+double length_factor(double length_s, double target_s);      // eq. 7
+double centroid_factor(double centroid_s, double target_s);  // eq. 8
+
+// Their logarithms, where products of many are compared.
+double log_orientation_factor(double angle_rad, double flight_s);  // eq. 4
+double log_time_factor(double interval_s, double target_s);
+double log_amplitude_factor(double amplitude, double target);
+double log_length_factor(double length_s, double target_s);  // and of a centroid
 
 // f_a f_l f_c of an event that shall meet mark k. `first_amplitude` is the motion's first event's.
 Factors sound_factors(const Event& event, const Marks& marks, std::size_t k, double first_amplitude);
