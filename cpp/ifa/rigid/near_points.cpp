@@ -1,8 +1,6 @@
 #include "ifa/rigid/near_points.hpp"
 
 #include <algorithm>
-#include <numeric>
-#include <utility>
 
 namespace ifa {
 namespace {
@@ -11,20 +9,17 @@ const Vec3 kDirection(0.61803398874989485, 0.27182818284590452, 0.73766078095598
 
 }  // namespace
 
-NearPoints::NearPoints(std::vector<Vec3> points) : points_(std::move(points)), order_(points_.size()) {
-  std::vector<double> along(points_.size());
-  for (std::size_t i = 0; i < along.size(); ++i) along[i] = kDirection.dot(points_[i]);
-  std::iota(order_.begin(), order_.end(), 0);
-  std::sort(order_.begin(), order_.end(),
-            [&](int a, int b) { return along[a] != along[b] ? along[a] < along[b] : a < b; });
-  for (const int i : order_) along_.push_back(along[i]);
-  if (along_.empty()) return;
-  low_ = along_.front();
-  const double length = along_.back() - low_;
-  const std::size_t buckets = along_.size();
+NearPoints::NearPoints(const std::vector<Vec3>& points) {
+  for (const Vec3& p : points) places_.push_back({kDirection.dot(p), static_cast<int>(places_.size()), p});
+  if (places_.empty()) return;
+  std::stable_sort(places_.begin(), places_.end(),
+                   [](const Place& a, const Place& b) { return a.along < b.along; });
+  low_ = places_.front().along;
+  const double length = places_.back().along - low_;
+  const std::size_t buckets = places_.size();
   per_length_ = length > 0.0 ? static_cast<double>(buckets) / length : 0.0;
-  start_.assign(buckets + 1, along_.size());
-  for (std::size_t i = along_.size(); i-- > 0;) start_[bucket(along_[i])] = i;
+  start_.assign(buckets + 1, places_.size());
+  for (std::size_t i = places_.size(); i-- > 0;) start_[bucket(places_[i].along)] = i;
   for (std::size_t b = buckets; b-- > 0;) start_[b] = std::min(start_[b], start_[b + 1]);
 }
 
@@ -34,14 +29,15 @@ std::size_t NearPoints::bucket(double along) const {
 }
 
 int NearPoints::first_within(const Vec3& p, double distance) const {
-  if (points_.empty()) return -1;
+  if (places_.empty()) return -1;
   const double along = kDirection.dot(p);
   int first = -1;
-  // the direction is no longer than 1, so nothing within the distance is further along it
-  for (std::size_t i = start_[bucket(along - distance)]; i < along_.size(); ++i) {
-    if (along_[i] > along + distance) break;
-    if ((first < 0 || order_[i] < first) && (points_[order_[i]] - p).squaredNorm() <= distance * distance)
-      first = order_[i];
+  // the direction is of unit length, so nothing within the distance is further along it
+  for (std::size_t i = start_[bucket(along - distance)]; i < places_.size(); ++i) {
+    const Place& place = places_[i];
+    if (place.along > along + distance) break;
+    if ((first < 0 || place.index < first) && (place.point - p).squaredNorm() <= distance * distance)
+      first = place.index;
   }
   return first;
 }

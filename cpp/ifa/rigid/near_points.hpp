@@ -11,7 +11,7 @@ namespace ifa {
 // Small distances only: those much below the distance of most points.
 class NearPoints {
  public:
-  explicit NearPoints(std::vector<Vec3> points);
+  explicit NearPoints(const std::vector<Vec3>& points);
 
   // The lowest index of a point within `distance` of p; -1 if there is none.
   int first_within(const Vec3& p, double distance) const;
@@ -19,9 +19,12 @@ class NearPoints {
  private:
   std::size_t bucket(double along) const;
 
-  std::vector<Vec3> points_;
-  std::vector<double> along_;       // sorted
-  std::vector<int> order_;          // index of the point at each place
+  struct Place {
+    double along;
+    int index;
+    Vec3 point;
+  };
+  std::vector<Place> places_;       // sorted along the direction
   std::vector<std::size_t> start_;  // first place of each bucket, and one past the last
   double low_ = 0.0, per_length_ = 0.0;
 };

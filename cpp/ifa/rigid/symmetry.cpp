@@ -52,7 +52,7 @@ Symmetry::Symmetry(Kind kind, const Vec3& axis, std::vector<SymmetryElement> ele
 }
 
 Mat3 Symmetry::turn_away(const Vec3& up) const {
-  if (kind_ == Kind::ball) return Quat::FromTwoVectors(up, axis_).toRotationMatrix();
+  if (kind_ == Kind::ball) return Quat::FromTwoVectors(up, axis_).normalized().toRotationMatrix();
   return turn(axis_, -std::atan2(axis_.cross(side_).dot(up), side_.dot(up)));
 }
 

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ifa/rigid/state.hpp"
@@ -41,7 +42,8 @@ class Symmetry {
   // the turns taken out: the maps that carry a fixed half plane, bounded by axis(), onto itself. These are
   // {1, the mirror m through that half plane}, and where the axis can be flipped also the half turn that does
   // it and the mirror across the axis. For a ball {1, m}.
-  const std::vector<SymmetryElement>& elements() const { return elements_; }
+  const std::vector<SymmetryElement>& elements() const& { return elements_; }
+  std::vector<SymmetryElement> elements() && { return std::move(elements_); }
 
   // Of the turns: for axial the body's, for ball the one to which `up` is folded. Finite: no meaning.
   const Vec3& axis() const { return axis_; }

@@ -2,153 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <numeric>
 #include <tuple>
 #include <utility>
 
 #include "ifa/rigid/near_points.hpp"
+#include "ifa/rigid/symmetry_shape.hpp"
 
 namespace ifa {
 namespace {
 
 using Elements = std::vector<SymmetryElement>;
 
-// The body in units of its bounding radius and its largest moment.
-class Shape {
- public:
-  Shape(const Body& body, double tolerance);
-
-  bool maps_onto_itself(const Mat3& g) const { return inertia_fits(g) && rings_fit(g) && vertices_fit(g); }
-
-  // A place that the group must carry to places alike.
-  struct Feature {
-    Vec3 at;
-    int kind;  // vertex, pole of a ring, tip of a principal axis
-    double moment;
-    int likeness = 0;  // the same for all that could be images of each other (and by chance for others)
-  };
-  std::vector<Feature> hull_features() const;
-  std::vector<Feature> inertia_features() const;
-
-  double tolerance() const { return tolerance_; }
-
- private:
-  struct HalfSpace {
-    Vec3 normal;
-    double offset;
-  };
-
-  bool inertia_fits(const Mat3& g) const;
-  bool rings_fit(const Mat3& g) const;
-  bool vertices_fit(const Mat3& g) const;
-  void find_corners(const Hull& hull);
-  Feature feature(const Vec3& at, int kind) const { return {at, kind, at.dot(moments_.cwiseProduct(at))}; }
-
-  double tolerance_;
-  Vec3 moments_;
-  std::vector<Ring> rings_;
-  std::vector<Vec3> vertices_;
-  std::vector<bool> is_corner_;  // of each vertex: not just noise on a face or an edge
-  std::vector<HalfSpace>
-      inside_;  // of which the hull is the intersection; none where it is flat or has rings
-  NearPoints near_vertices_{{}};
-};
-
-Shape::Shape(const Body& body, double tolerance)
-    : tolerance_(tolerance), moments_(body.principal_inertia() / body.principal_inertia().maxCoeff()) {
-  const double scale = 1.0 / body.bounding_radius_m();
-  for (const Vec3& p : body.principal_vertices()) vertices_.push_back(scale * p);
-  for (const Ring& ring : body.principal_rings())
-    rings_.push_back({scale * ring.centre_m, ring.axis, scale * ring.radius_m});
-  is_corner_.assign(vertices_.size(), true);
-  if (rings_.empty() && vertices_.size() > 3)
-    if (Hull hull = convex_hull(vertices_); !hull.flat) {
-      vertices_ = hull.vertices;
-      find_corners(hull);
-    }
-  near_vertices_ = NearPoints(vertices_);
-}
-
-// How far a vertex stands out from the hull of the others is at least its lead over its neighbours along any
-// direction in which it is extreme, such as the mean of its faces' normals: the runner-up is a neighbour.
-void Shape::find_corners(const Hull& hull) {
-  std::vector<Vec3> outwards(vertices_.size(), Vec3::Zero());
-  for (const Triangle& t : hull.triangles) {
-    const Vec3 &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
-    const Vec3 area = (b - a).cross(c - a);
-    if (!(area.norm() > 0.0)) continue;
-    const Vec3 normal = area.normalized();
-    inside_.push_back({normal, std::max({normal.dot(a), normal.dot(b), normal.dot(c)})});
-    for (const int i : t) outwards[i] += normal;
-  }
-  std::vector<double> lead(vertices_.size(), 1.0);
-  for (const Triangle& t : hull.triangles)
-    for (int k = 0; k < 3; ++k)
-      for (const int other : {t[(k + 1) % 3], t[(k + 2) % 3]})
-        lead[t[k]] =
-            std::min(lead[t[k]], outwards[t[k]].normalized().dot(vertices_[t[k]] - vertices_[other]));
-  for (std::size_t i = 0; i < vertices_.size(); ++i) is_corner_[i] = lead[i] > 4.0 * tolerance_;
-}
-
-bool Shape::inertia_fits(const Mat3& g) const {
-  const Mat3 carried = g * moments_.asDiagonal() * g.transpose();
-  return (carried - Mat3(moments_.asDiagonal())).cwiseAbs().maxCoeff() <= tolerance_;
-}
-
-bool Shape::rings_fit(const Mat3& g) const {
-  return std::all_of(rings_.begin(), rings_.end(), [&](const Ring& ring) {
-    const Vec3 centre = g * ring.centre_m, axis = g * ring.axis;
-    return std::any_of(rings_.begin(), rings_.end(), [&](const Ring& other) {
-      return (centre - other.centre_m).norm() <= tolerance_ &&
-             std::abs(ring.radius_m - other.radius_m) <= tolerance_ &&
-             ring.radius_m * axis.cross(other.axis).norm() <= tolerance_;
-    });
-  });
-}
-
-bool Shape::vertices_fit(const Mat3& g) const {
-  return std::all_of(vertices_.begin(), vertices_.end(), [&](const Vec3& vertex) {
-    const Vec3 p = g * vertex;
-    if (near_vertices_.first_within(p, tolerance_) >= 0) return true;
-    // noise on a face, where the other side has none
-    return !inside_.empty() && std::all_of(inside_.begin(), inside_.end(), [&](const HalfSpace& half) {
-      return half.normal.dot(p) <= half.offset + tolerance_;
-    });
-  });
-}
-
-std::vector<Shape::Feature> Shape::hull_features() const {
-  std::vector<Feature> features;
-  for (std::size_t i = 0; i < vertices_.size(); ++i)
-    if (is_corner_[i]) features.push_back(feature(vertices_[i], 0));
-  if (features.empty())
-    for (const Vec3& p : vertices_) features.push_back(feature(p, 0));
-  for (const Ring& ring : rings_)
-    for (const double side : {1.0, -1.0})
-      features.push_back(feature(ring.centre_m + side * ring.radius_m * ring.axis, 1));
-  return features;
-}
-
-// Where the hull leaves a turn open, the inertia may not.
-std::vector<Shape::Feature> Shape::inertia_features() const {
-  std::vector<Feature> features;
-  for (int i = 0; i < 3; ++i) {
-    const double nearest = std::min(std::abs(moments_[i] - moments_[(i + 1) % 3]),
-                                    std::abs(moments_[i] - moments_[(i + 2) % 3]));
-    if (nearest > tolerance_)
-      for (const double side : {1.0, -1.0}) features.push_back(feature(side * Vec3::Unit(i), 2 + i));
-  }
-  return features;
-}
-
 // Drops what is there twice and gives each feature its likeness: features sorted by kind, distance and moment
 // are of one likeness as long as no gap between them is above the tolerance.
-void sort_by_likeness(std::vector<Shape::Feature>& features, double tolerance) {
+void sort_by_likeness(std::vector<SymmetryShape::Feature>& features, double tolerance) {
   std::vector<Vec3> places;
   for (const auto& f : features) places.push_back(f.at);
   const NearPoints near(places);
-  std::vector<Shape::Feature> kept;
+  std::vector<SymmetryShape::Feature> kept;
   for (std::size_t i = 0; i < features.size(); ++i)
     if (near.first_within(places[i], 2.0 * tolerance) == static_cast<int>(i)) kept.push_back(features[i]);
   features = std::move(kept);
@@ -179,7 +53,8 @@ void sort_by_likeness(std::vector<Shape::Feature>& features, double tolerance) {
 // Of the features that are at least half as far out as any (for maps to be exact), one of those that have the
 // fewest alike (for few maps to try). -1 where none is further out than the tolerance.
 template <class Distance>
-int reference(const std::vector<Shape::Feature>& features, double tolerance, const Distance& distance) {
+int reference(const std::vector<SymmetryShape::Feature>& features, double tolerance,
+              const Distance& distance) {
   double farthest = 0.0;
   std::vector<int> alike(features.size(), 0);
   for (const auto& f : features) {
@@ -204,8 +79,9 @@ Mat3 frame(const Vec3& a, const Vec3& b, double side) {
   return axes;
 }
 
-// All maps that carry the features a and b, not in line with the origin, to a pair alike, and fit.
-Elements maps_of_pair(const Shape& shape, const std::vector<Shape::Feature>& features, int a, int b) {
+// All maps that carry the features a and b, not in line with the origin, to a pair alike, and seem to fit.
+Elements maps_of_pair(const SymmetryShape& shape, const std::vector<SymmetryShape::Feature>& features, int a,
+                      int b) {
   const auto alike = [&](int i) {
     std::vector<int> found;
     for (int k = 0; k < static_cast<int>(features.size()); ++k)
@@ -213,22 +89,28 @@ Elements maps_of_pair(const Shape& shape, const std::vector<Shape::Feature>& fea
     return found;
   };
   const std::vector<int> starts = alike(a), ends = alike(b);
+  std::vector<Vec3> places;
+  for (const int q : ends) places.push_back(features[q].at);
+  Projected all_ends(places);
   const Vec3 &from = features[a].at, &to = features[b].at;
-  const double angle = from.dot(to);
+  const double product = from.dot(to);
   const Mat3 back = frame(from, to, 1.0).transpose();
   Elements elements{{Mat3::Identity(), true}};
-  for (const int p : starts)
-    for (const int q : ends) {
-      const Vec3 &start = features[p].at, &end = features[q].at;
-      if (std::abs(start.dot(end) - angle) > 4.0 * shape.tolerance()) continue;
+  for (const int p : starts) {
+    const Vec3& start = features[p].at;
+    const Eigen::ArrayXd& products = all_ends.on(start);
+    for (std::size_t k = 0; k < ends.size(); ++k) {
+      if (std::abs(products[static_cast<Eigen::Index>(k)] - product) > 4.0 * shape.tolerance()) continue;
+      const Vec3& end = features[ends[k]].at;
       if (start.cross(end).norm() < 0.25 * from.cross(to).norm())
         continue;  // by the tolerance, in a thin body
       for (const double side : {1.0, -1.0}) {
-        if (p == a && q == b && side > 0.0) continue;
+        if (p == a && ends[k] == b && side > 0.0) continue;
         const Mat3 g = frame(start, end, side) * back;
-        if (shape.maps_onto_itself(g)) elements.push_back({g, side > 0.0});
+        if (shape.may_map(g)) elements.push_back({g, side > 0.0});
       }
     }
+  }
   std::stable_partition(elements.begin(), elements.end(), [](const SymmetryElement& g) { return g.proper; });
   return elements;
 }
@@ -291,9 +173,22 @@ bool closed(const Elements& elements) {
   return true;
 }
 
+// The group among maps that seem to fit; empty if those that do are none.
+Elements finite_group(const SymmetryShape& shape, const Elements& maps) {
+  const auto fits = [&](const SymmetryElement& g) { return shape.maps_onto_itself(g.map); };
+  if (maps.size() > Symmetry::kMostElements) {  // look at thousands only where a few of them do not fit
+    Elements few = few_enough(maps);
+    if (std::all_of(few.begin() + 1, few.end(), fits) && closed(few)) return few;
+  }
+  Elements fitting{maps.front()};  // the identity
+  std::copy_if(maps.begin() + 1, maps.end(), std::back_inserter(fitting), fits);
+  fitting = few_enough(fitting);
+  return closed(fitting) ? fitting : Elements{};
+}
+
 FoundSymmetry search(const Body& body, double tolerance) {
-  const Shape shape(body, tolerance);
-  std::vector<Shape::Feature> features = shape.hull_features();
+  const SymmetryShape shape(body, tolerance);
+  std::vector<SymmetryShape::Feature> features = shape.hull_features();
   const auto from_origin = [](const Vec3& p) { return p.norm(); };
   for (const bool with_inertia : {false, true}) {
     if (with_inertia) {
@@ -306,7 +201,8 @@ FoundSymmetry search(const Body& body, double tolerance) {
     if (a < 0) continue;
     const Vec3 axis = features[a].at.normalized();
     const int b = reference(features, tolerance, [&](const Vec3& p) { return axis.cross(p).norm(); });
-    if (b >= 0) return {Symmetry::Kind::finite, axis, few_enough(maps_of_pair(shape, features, a, b))};
+    if (b >= 0)
+      return {Symmetry::Kind::finite, axis, finite_group(shape, maps_of_pair(shape, features, a, b))};
     if (!with_inertia) continue;
     FoundSymmetry found{Symmetry::Kind::axial, axis, {{Mat3::Identity(), true}}};
     const Mat3 flip = Eigen::AngleAxisd(std::numbers::pi, across(axis)).toRotationMatrix();
@@ -347,7 +243,7 @@ FoundSymmetry find_symmetry(const Body& body, double tolerance) {
   constexpr double kLeast = 1e-12;  // above rounding
   for (double t = tolerance; t > kLeast; t *= 0.1) {
     FoundSymmetry found = search(body, t);
-    if (found.kind != Symmetry::Kind::finite || closed(found.elements)) return found;
+    if (!found.elements.empty()) return found;
   }
   return {Symmetry::Kind::finite, kUp, {{Mat3::Identity(), true}}};
 }
