@@ -10,8 +10,7 @@
 namespace ifa {
 namespace {
 
-constexpr double kCell = 0.1;        // rad, edge of a cell
-constexpr std::uint32_t kLeaf = 8;   // members
+constexpr double kCell = 0.2;        // rad, edge of a cell
 constexpr int kRate = 3, kTime = 7;  // in a Place
 
 // By how much float32, and elements that fit the body to 1e-6, may displace a velocity: a share of it.
@@ -20,9 +19,10 @@ constexpr float kRounding = 4e-6f;
 constexpr float kMostExcess = static_cast<float>(-kLeastLogFactor) * 1.0001f;  // rounded
 constexpr float kNone = std::numeric_limits<float>::infinity();
 
-using Array4f = Eigen::Array4f;
-
 // A direction that no symmetry leaves in place: the image of `up` that is nearest to it stands for all.
+using Array4f = Eigen::Array4f;
+using Column = const float*;
+
 const Vec3 kDomain = Vec3(0.48, 0.29, 0.83).normalized();
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
@@ -34,13 +34,9 @@ float cost_of_turn(float angle_rad, float flight_s) {
   return c * rate * rate;
 }
 
-// Where it is exp(kLeastLogFactor).
+// Where that is -kLeastLogFactor.
 double most_angle_rad(double flight_s) {
   return std::sqrt(kLeastLogFactor / log_orientation_factor(1.0, flight_s));
-}
-
-Array4f lanes4(const Vec3& v) {
-  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), 0.0f};
 }
 
 // The `most` best so far, each node once. Which these are does not depend on the order they come in.
@@ -48,9 +44,12 @@ class Best {
  public:
   explicit Best(std::size_t most) : most_(most) {}
 
-  double worst() const { return found_.size() == most_ ? found_.back().cost : -2.0 * kLeastLogFactor; }
+  // None that costs more is taken; a little more, for float32.
+  float limit() const {
+    const double worst = found_.size() == most_ ? found_.back().cost : -2.0 * kLeastLogFactor;
+    return static_cast<float>(worst * 1.0001);
+  }
 
-  // Whether there is a place for it.
   bool takes(const FoundSplice& s) const {
     for (const FoundSplice& f : found_)
       if (f.node == s.node) return before(s, f);
@@ -76,46 +75,48 @@ class Best {
 
 }  // namespace
 
-// One image of the take-off that is searched from, in the axes of one cell. The region's coordinates y (in four
-// lanes, the last unused) are linear in a place.
+// One image of the take-off that is searched from, in the axes of one cell. The region's coordinates y are
+// linear in a place.
 struct FlightIndex::Frame {
-  std::array<Array4f, 4> linear;  // by component of the place
-  std::array<Array4f, 3> angular;
-  Array4f linear_origin, angular_origin;
-  Array4f per_velocity, per_spin;  // change of y by a change in its worst direction
-  float turn;                      // by which turns do not commute, rad
-  float velocity, spin;            // the take-off's own
+  float linear[3][4], angular[3][3];  // [coordinate][component of the place]
+  float linear_origin[3], angular_origin[3];
+  float per_velocity[3], per_spin[3];  // change of y by a change in its worst direction
+  float turn;                          // by which turns do not commute, rad
+  float velocity, spin;                // the take-off's own
   float least_angle_rad;
   Vec3 up;
-  std::uint32_t root;
   std::uint8_t image;
-  float bound;  // of the root
+  float bound;  // of the whole cell
+  const Cell* cell;
 
-  // |y|^2 of a place, or at least that anywhere in a box; infinite beyond what f_v admits.
-  template <bool kBox>
-  float excess(const Place& at, const Box& box) const {
-    Array4f z = -angular_origin;
-    Array4f e = (turn * box.across_spin + kRounding * (spin + box.spin)) * per_spin;
-    for (std::size_t d = 0; d < 3; ++d) {
-      z += angular[d] * at[4 + d];
-      if constexpr (kBox) e += angular[d].abs() * box.half[4 + d];
+  // From below of |y|^2 in boxes or, without `half`, of members; infinite beyond what f_v admits. The columns
+  // begin at their lanes.
+  template <bool kBoxes>
+  void excesses(const Column* centre, const Column* half, const Reach& reach, Lanes& out) const {
+    const float dw = turn * reach.across_spin + kRounding * (spin + reach.spin);
+    const float dv = turn * reach.across_velocity + kRounding * (velocity + reach.velocity);
+    for (std::size_t l = 0; l < kLanes; l += 4) {
+      Array4f sum = Array4f::Zero();
+      for (int k = 0; k < 3; ++k)
+        sum += beyond<kBoxes, 3>(angular[k], centre + 4, half + 4, l, angular_origin[k], dw * per_spin[k]);
+      if ((sum <= kMostExcess).any())
+        for (int k = 0; k < 3; ++k)
+          sum += beyond<kBoxes, 4>(linear[k], centre, half, l, linear_origin[k], dv * per_velocity[k]);
+      Eigen::Map<Array4f>(out.data() + l) = (sum <= kMostExcess).select(sum, kNone);
     }
-    const float of_spin = (z.abs() - e).max(0.0f).square().sum();
-    if (of_spin > kMostExcess) return kNone;
-    z = -linear_origin;
-    e = (turn * box.across_velocity + kRounding * (velocity + box.velocity)) * per_velocity;
-    for (std::size_t d = 0; d < 4; ++d) {
-      z += linear[d] * at[d];
-      if constexpr (kBox) e += linear[d].abs() * box.half[d];
-    }
-    const float sum = of_spin + (z.abs() - e).max(0.0f).square().sum();
-    return sum > kMostExcess ? kNone : sum;
   }
 
-  // No splice in the box costs less.
-  float cost(const Box& box) const {
-    const float turned = cost_of_turn(least_angle_rad, box.centre[kTime] + box.half[kTime]);
-    return turned > kMostExcess ? kNone : turned + excess<true>(box.centre, box);
+ private:
+  // The square of what is left of |a . centre - origin| when a . half and the slack are taken away.
+  template <bool kBoxes, int kDimensions>
+  static Array4f beyond(const float* a, const Column* centre, const Column* half, std::size_t l, float origin,
+                        float slack) {
+    Array4f y = Array4f::Constant(-origin), reach = Array4f::Constant(slack);
+    for (int d = 0; d < kDimensions; ++d) {
+      y += a[d] * Eigen::Map<const Array4f>(centre[d] + l);
+      if constexpr (kBoxes) reach += std::abs(a[d]) * Eigen::Map<const Array4f>(half[d] + l);
+    }
+    return (y.abs() - reach).max(0.0f).square();
   }
 };
 
@@ -155,7 +156,7 @@ FlightIndex::FlightIndex(const Nodes& nodes, const Body& body, const Images& ima
   const double rate = spread / static_cast<double>(asked) * velocity;
   for (std::size_t d = 0; d < 7; ++d)
     weight_[d] = static_cast<float>(d < 3 ? velocity : d == kRate ? rate : spin);
-  weight_[kTime] = 10.0f;
+  weight_[kTime] = 30.0f;
 
   std::map<std::array<int, 3>, std::vector<Member>> cells;
   for (const std::uint32_t j : members) {
@@ -173,35 +174,11 @@ FlightIndex::FlightIndex(const Nodes& nodes, const Body& body, const Images& ima
     cells[key].push_back(m);
   }
   members_.reserve(members.size());
-  for (auto& [key, inside] : cells) {
-    Vec3 centre = Vec3::Zero();
-    for (const Member& m : inside) centre += Vec3(m.up[0], m.up[1], m.up[2]);
-    centre.normalize();
-    const auto first = static_cast<std::uint32_t>(members_.size());
-    double radius = 0.0;
-    for (Member& m : inside) {
-      const Vec3 up(m.up[0], m.up[1], m.up[2]);
-      radius = std::max(radius, angle_between(up, centre));
-      TakeOffView view = take_off_of(nodes, m.node);
-      view = image({images.folding(view.up), true}, view);
-      view = image(images[m.fold], view);
-      const double flight_s = nodes.flight_s[m.node];
-      const Mat3 turn = smallest_turn(view.up, centre);
-      const Vec3 v = turn * view.velocity + (view.height_m - height_m_) / flight_s * centre;
-      const Vec3 w = turn * view.spin;
-      for (int d = 0; d < 3; ++d) {
-        m.place[static_cast<std::size_t>(d)] = static_cast<float>(v[d]);
-        m.place[static_cast<std::size_t>(4 + d)] = static_cast<float>(w[d]);
-      }
-      m.place[kRate] = static_cast<float>(1.0 / flight_s);
-      m.place[kTime] = static_cast<float>(std::min(flight_s, kShortFlight_s));
-      members_.push_back(m);
-    }
-    const std::uint32_t root = build(first, static_cast<std::uint32_t>(inside.size()), centre);
-    radius += 1e-6;  // float32
-    const Box& all = boxes_[root];
-    const double farthest = radius + most_angle_rad(all.centre[kTime] + all.half[kTime]) + 1e-6;
-    cells_.push_back({centre, radius, std::cos(std::min(farthest, std::numbers::pi)), root});
+  for (auto& [key, inside] : cells) add_cell(inside);
+  for (std::size_t d = 0; d < 8; ++d) {
+    columns_[d].reserve(members_.size() + kLanes);
+    for (const Member& m : members_) columns_[d].push_back(m.place[d]);
+    columns_[d].resize(members_.size() + kLanes);  // the last may be looked at with lanes beyond
   }
 }
 
@@ -216,49 +193,108 @@ std::uint8_t FlightIndex::fold(const Vec3& up) const {
   return static_cast<std::uint8_t>(nearest);
 }
 
-// The box of these members and all boxes below it.
-std::uint32_t FlightIndex::build(std::uint32_t first, std::uint32_t count, const Vec3& up) {
-  const auto index = static_cast<std::uint32_t>(boxes_.size());
-  boxes_.emplace_back();
-  const std::span<Member> inside(members_.data() + first, count);
-  Place low = inside[0].place, high = low;
-  Box box{};
-  box.first = first;
-  box.count = count;
-  for (const Member& m : inside) {
-    const Place& p = m.place;
-    for (std::size_t d = 0; d < 8; ++d) {
-      low[d] = std::min(low[d], p[d]);
-      high[d] = std::max(high[d], p[d]);
+void FlightIndex::add_cell(std::vector<Member>& inside) {
+  const auto up_of = [](const Member& m) { return Vec3(m.up[0], m.up[1], m.up[2]); };
+  Cell cell{};
+  for (const Member& m : inside) cell.centre += up_of(m);
+  cell.centre.normalize();
+  const auto first = static_cast<std::uint32_t>(members_.size());
+  for (Member& m : inside) {
+    cell.radius_rad = std::max(cell.radius_rad, angle_between(up_of(m), cell.centre) + 1e-6);  // float32
+    TakeOffView view = take_off_of(nodes_, m.node);
+    view = image(images_[m.fold], image({images_.folding(view.up), true}, view));
+    const double flight_s = nodes_.flight_s[m.node];
+    const Mat3 turn = smallest_turn(view.up, cell.centre);
+    const Vec3 v = turn * view.velocity + (view.height_m - height_m_) / flight_s * cell.centre;
+    const Vec3 w = turn * view.spin;
+    for (int d = 0; d < 3; ++d) {
+      m.place[static_cast<std::size_t>(d)] = static_cast<float>(v[d]);
+      m.place[static_cast<std::size_t>(4 + d)] = static_cast<float>(w[d]);
     }
-    const Vec3 v(p[0], p[1], p[2]), w(p[4], p[5], p[6]);
-    box.across_velocity = std::max(box.across_velocity, static_cast<float>(v.cross(up).norm()));
-    box.across_spin = std::max(box.across_spin, static_cast<float>(w.cross(up).norm()));
-    box.velocity =
-        std::max(box.velocity, static_cast<float>(v.norm() + p[kRate] * body_.bounding_radius_m()));
-    box.spin = std::max(box.spin, static_cast<float>(w.norm()));
+    m.place[kRate] = static_cast<float>(1.0 / flight_s);
+    m.place[kTime] = static_cast<float>(std::min(flight_s, kShortFlight_s));
+    cell.most_flight_s = std::max(cell.most_flight_s, m.place[kTime]);
+    members_.push_back(m);
   }
+  const double farthest = cell.radius_rad + most_angle_rad(cell.most_flight_s) + 1e-6;
+  cell.least_cosine = std::cos(std::min(farthest, std::numbers::pi));
+  cell.root = build(first, static_cast<std::uint32_t>(inside.size()), cell.centre);
+  cells_.push_back(cell);
+}
+
+std::size_t FlightIndex::widest(std::span<const Member> inside) const {
+  Place low = inside[0].place, high = low;
+  for (const Member& m : inside)
+    for (std::size_t d = 0; d < 8; ++d) {
+      low[d] = std::min(low[d], m.place[d]);
+      high[d] = std::max(high[d], m.place[d]);
+    }
   std::size_t widest = 0;
-  float extent = 0.0f;
-  for (std::size_t d = 0; d < 8; ++d) {
-    box.centre[d] = 0.5f * (low[d] + high[d]);
-    box.half[d] = 0.5f * (high[d] - low[d]) * 1.000001f + 1e-7f * std::abs(box.centre[d]);
-    const float of_d = d == kTime ? weight_[d] * std::log(high[d] / low[d]) : weight_[d] * (high[d] - low[d]);
-    if (of_d > extent) {
-      extent = of_d;
+  float extent = -1.0f;
+  for (std::size_t d = 0; d < 8; ++d)
+    if (const float e = weight_[d] * (d == kTime ? std::log(high[d] / low[d]) : high[d] - low[d]);
+        e > extent) {
+      extent = e;
       widest = d;
     }
+  return widest;
+}
+
+FlightIndex::Branch FlightIndex::build(std::uint32_t first, std::uint32_t count, const Vec3& up) {
+  Branch all{first, count, {}};
+  for (std::uint32_t n = first; n < first + count; ++n) {
+    const Place& p = members_[n].place;
+    const Vec3 v(p[0], p[1], p[2]), w(p[4], p[5], p[6]);
+    Reach& r = all.reach;
+    r.across_velocity = std::max(r.across_velocity, static_cast<float>(v.cross(up).norm()));
+    r.across_spin = std::max(r.across_spin, static_cast<float>(w.cross(up).norm()));
+    r.velocity = std::max(r.velocity, static_cast<float>(v.norm() + p[kRate] * body_.bounding_radius_m()));
+    r.spin = std::max(r.spin, static_cast<float>(w.norm()));
   }
-  if (count > kLeaf && extent > 0.0f) {
-    const std::uint32_t left = count / 2;
-    std::nth_element(inside.begin(), inside.begin() + left, inside.end(), [&](const Member& a, const Member& b) {
-      return std::tie(a.place[widest], a.node) < std::tie(b.place[widest], b.node);
-    });
-    build(first, left, up);
-    box.right = build(first + left, count - left, up);
+  if (count <= kLanes) return all;
+
+  // Four cuts by two, each at a whole number of leaves.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> parts{{first, count}};
+  while (parts.size() < kLanes) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> halves;
+    for (const auto& [begin, size] : parts) {
+      if (size <= kLanes) {
+        halves.emplace_back(begin, size);
+        continue;
+      }
+      const std::span<Member> inside(members_.data() + begin, size);
+      const std::size_t d = widest(inside);
+      const auto left = static_cast<std::uint32_t>((size / 2 + kLanes - 1) / kLanes * kLanes);
+      std::nth_element(inside.begin(), inside.begin() + left, inside.end(),
+                       [&](const Member& a, const Member& b) {
+                         return std::tie(a.place[d], a.node) < std::tie(b.place[d], b.node);
+                       });
+      halves.emplace_back(begin, left);
+      halves.emplace_back(begin + left, size - left);
+    }
+    if (halves.size() == parts.size()) break;
+    parts = std::move(halves);
   }
-  boxes_[index] = box;
-  return index;
+
+  const auto index = static_cast<std::uint32_t>(boxes_.size());
+  boxes_.emplace_back();
+  Boxes boxes{};
+  boxes.size = static_cast<std::uint32_t>(parts.size());
+  for (std::size_t l = 0; l < parts.size(); ++l) {
+    const auto& [begin, size] = parts[l];
+    boxes.branch[l] = build(begin, size, up);
+    for (std::size_t d = 0; d < 8; ++d) {
+      float low = members_[begin].place[d], high = low;
+      for (std::uint32_t n = begin; n < begin + size; ++n) {
+        low = std::min(low, members_[n].place[d]);
+        high = std::max(high, members_[n].place[d]);
+      }
+      boxes.centre[d][l] = 0.5f * (low + high);
+      boxes.half[d][l] = 0.5f * (high - low) * 1.000001f + 1e-7f * std::abs(boxes.centre[d][l]);
+    }
+  }
+  boxes_[index] = boxes;
+  return {index, 0, all.reach};
 }
 
 // Of the images and cells that can be near.
@@ -275,26 +311,29 @@ std::vector<FlightIndex::Frame> FlightIndex::frames(const TakeOffView& from,
     linear.row(k) = a / a.squaredNorm();
     angular.row(k) = b / b.squaredNorm();
   }
-  const Array4f linear_origin = lanes4(linear * from.velocity), angular_origin = lanes4(angular * from.spin);
-  const Array4f per_velocity = lanes4(linear.rowwise().norm()), per_spin = lanes4(angular.rowwise().norm());
+  const Vec3 linear_origin = linear * from.velocity, angular_origin = angular * from.spin;
+  const Vec3 per_velocity = linear.rowwise().norm(), per_spin = angular.rowwise().norm();
   for (std::size_t e = 0; e < images_.size(); ++e) {
     const Vec3 seen = images_[e].map * up;
     for (const Cell& cell : cells_) {
       if (seen.dot(cell.centre) < cell.least_cosine) continue;
+      Frame& f = all.emplace_back();
       const double angle = angle_between(seen, cell.centre);
-      Frame f;
       const Mat3 map = smallest_turn(seen, cell.centre) * images_[e].map * folding;
       const double sign = images_[e].proper ? 1.0 : -1.0;
       const Mat3 to_linear = linear * map.transpose(), to_angular = sign * angular * map.transpose();
-      for (int d = 0; d < 3; ++d) {
-        f.linear[static_cast<std::size_t>(d)] = lanes4(to_linear.col(d));
-        f.angular[static_cast<std::size_t>(d)] = lanes4(to_angular.col(d));
+      const Vec3 by_rate = -(from.height_m - height_m_) * (to_linear * cell.centre);
+      for (int k = 0; k < 3; ++k) {
+        for (int d = 0; d < 3; ++d) {
+          f.linear[k][d] = static_cast<float>(to_linear(k, d));
+          f.angular[k][d] = static_cast<float>(to_angular(k, d));
+        }
+        f.linear[k][kRate] = static_cast<float>(by_rate[k]);
+        f.linear_origin[k] = static_cast<float>(linear_origin[k]);
+        f.angular_origin[k] = static_cast<float>(angular_origin[k]);
+        f.per_velocity[k] = static_cast<float>(per_velocity[k]);
+        f.per_spin[k] = static_cast<float>(per_spin[k]);
       }
-      f.linear[kRate] = lanes4(-(from.height_m - height_m_) * (to_linear * cell.centre));
-      f.linear_origin = linear_origin;
-      f.angular_origin = angular_origin;
-      f.per_velocity = per_velocity;
-      f.per_spin = per_spin;
       // Turning to the centre and on to the image, in place of at once, is a turn about it by the area of the
       // triangle: at most 2 asin(tan(a / 2) tan(b / 2)), a and b its sides at the centre.
       f.turn = static_cast<float>(
@@ -303,10 +342,9 @@ std::vector<FlightIndex::Frame> FlightIndex::frames(const TakeOffView& from,
       f.spin = static_cast<float>(from.spin.norm());
       f.up = seen;
       f.least_angle_rad = static_cast<float>(std::max(0.0, angle - cell.radius_rad));
-      f.root = cell.root;
       f.image = static_cast<std::uint8_t>(e);
-      f.bound = f.cost(boxes_[cell.root]);
-      if (f.bound < kNone) all.push_back(f);
+      f.bound = cost_of_turn(f.least_angle_rad, cell.most_flight_s);
+      f.cell = &cell;
     }
   }
   return all;
@@ -317,45 +355,61 @@ std::vector<FoundSplice> FlightIndex::best(
   if (most == 0) return {};
   const TakeOffView from = take_off_of(nodes_, i);
   const PlausibleRegion region = region_of(nodes_, i, body_);
-  Best found(most);
-  const auto within = [&](float bound) { return bound <= found.worst() * 1.0001; };  // float32
   const std::vector<Frame> near = frames(from, region);
-  std::vector<std::pair<float, std::uint32_t>> order;
+  std::vector<std::pair<float, std::uint32_t>> order;  // the most promising first
   for (const Frame& frame : near) order.emplace_back(frame.bound, static_cast<std::uint32_t>(order.size()));
   std::sort(order.begin(), order.end());
-  std::vector<std::pair<std::uint32_t, float>> stack;
-  for (const auto& [least, n_frame] : order) {
-    if (!within(least)) break;
-    const Frame& frame = near[n_frame];
-    stack.assign(1, {frame.root, frame.bound});
+
+  Best found(most);
+  float limit = found.limit();
+  using Open = std::pair<float, const Branch*>;
+  std::vector<Open> stack;
+  Lanes excess;
+  Column centre[8], half[8]{};
+  for (const auto& [least, number] : order) {
+    if (least > limit) break;
+    const Frame& frame = near[number];
+    stack.assign(1, {least, &frame.cell->root});
     while (!stack.empty()) {
-      const auto [at, bound] = stack.back();
+      const auto [bound, branch] = stack.back();
       stack.pop_back();
-      if (!within(bound)) continue;
-      const Box& box = boxes_[at];
-      if (box.right != 0) {
-        const float left = frame.cost(boxes_[at + 1]), right = frame.cost(boxes_[box.right]);
-        const bool left_first = left <= right;
-        for (const auto& child : {std::pair(left_first ? box.right : at + 1, std::max(left, right)),
-                                  std::pair(left_first ? at + 1 : box.right, std::min(left, right))})
-          if (within(child.second)) stack.push_back(child);
+      if (bound > limit) continue;
+      if (branch->count == 0) {
+        const Boxes& boxes = boxes_[branch->first];
+        for (std::size_t d = 0; d < 8; ++d) {
+          centre[d] = boxes.centre[d].data();
+          half[d] = boxes.half[d].data();
+        }
+        frame.excesses<true>(centre, half, branch->reach, excess);
+        const std::size_t before = stack.size();
+        for (std::size_t l = 0; l < boxes.size; ++l) {
+          if (excess[l] > limit) continue;
+          const float turned = cost_of_turn(frame.least_angle_rad, centre[kTime][l] + half[kTime][l]);
+          if (turned <= kMostExcess && turned + excess[l] <= limit)
+            stack.emplace_back(turned + excess[l], &boxes.branch[l]);
+        }
+        std::sort(stack.begin() + static_cast<std::ptrdiff_t>(before), stack.end(),
+                  [](const Open& a, const Open& b) { return a.first > b.first; });
         continue;
       }
-      for (std::uint32_t n = box.first; n < box.first + box.count; ++n) {
-        const Member& m = members_[n];
-        if (m.node == i) continue;
-        const float excess = frame.excess<false>(m.place, box);
+      for (std::size_t d = 0; d < 8; ++d) centre[d] = &columns_[d][branch->first];
+      frame.excesses<false>(centre, half, branch->reach, excess);
+      for (std::uint32_t l = 0; l < branch->count; ++l) {
+        if (excess[l] > limit) continue;
+        const Member& m = members_[branch->first + l];
         const Vec3 across = frame.up.cross(Vec3(m.up[0], m.up[1], m.up[2]));
-        // the sine, no more than the angle
-        const float turn = cost_of_turn(std::max(0.0f, static_cast<float>(across.norm()) - 1e-6f), m.place[kTime]);
-        if (!within(excess + turn)) continue;
+        // the sine, no more than the angle; float32
+        const float angle_rad = std::max(0.0f, static_cast<float>(across.norm()) - 1e-6f);
+        if (m.node == i || excess[l] + cost_of_turn(angle_rad, m.place[kTime]) > limit) continue;
         const std::uint8_t element = between_[frame.image * images_.size() + m.fold];
         const TakeOffView seen = take_off_of(nodes_, m.node);
         const Splice s = splice(from, region, image(images_.element(element, from.up, seen.up), seen),
                                 nodes_.flight_s[m.node]);
         if (s.log_velocity <= kLeastLogFactor || s.log_orientation <= kLeastLogFactor) continue;
         const FoundSplice candidate{-s.log_weight(), m.node, element};
-        if (found.takes(candidate) && admits(m.node, s)) found.put(candidate);
+        if (!found.takes(candidate) || !admits(m.node, s)) continue;
+        found.put(candidate);
+        limit = found.limit();
       }
     }
   }

@@ -1,4 +1,5 @@
-// Under which elements of the body's symmetry group a take-off is seen from another one, as numbers of a byte.
+// Under which elements of the body's symmetry group a take-off is seen from another one, as numbers of a
+// byte.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +10,9 @@
 
 namespace ifa {
 
-// For a finite group, its elements. Where the body may be turned by any angle, both take-offs are first folded,
-// so that their `up` agree as far as they can, and a number stands for one of Symmetry::elements() with one of
-// evenly spaced turns about the axis; what is between these is missed.
+// For a finite group, its elements. Where the body may be turned by any angle, both take-offs are first
+// folded, so that their `up` agree as far as they can, and a number stands for one of Symmetry::elements()
+// with one of evenly spaced turns about the axis; what is between these is missed.
 class Images {
  public:
   explicit Images(const Symmetry& symmetry);

@@ -38,9 +38,9 @@ inline bool flies(const Nodes& nodes, std::size_t i) {
 }
 
 // From each node that flies, the `most` best splices of other such nodes' flights, over all of `images`, with
-// log f_v and log f_q above kLeastLogFactor and no gain of energy beyond `gain_j`. Of the images of one flight
-// only the best: they lead to the same event. Exact: nothing within these limits is missed but what rounding
-// decides. The same bytes for any number of threads; a cancelled `progress` ends it with Cancelled.
+// log f_v and log f_q above kLeastLogFactor and no gain of energy beyond `gain_j`. Of the images of one
+// flight only the best: they lead to the same event. Exact: nothing within these limits is missed but what
+// rounding decides. The same bytes for any number of threads; a cancelled `progress` ends it with Cancelled.
 TransitionColumns make_transitions(const Nodes& nodes, const Body& body, const Images& images,
                                    double gravity_m_s2, double gain_j, std::size_t most, int threads,
                                    Progress* progress = nullptr);
