@@ -1,8 +1,8 @@
 """Draw the library's bodies for docs/bodies.md: `.venv/bin/python docs/draw_bodies.py`.
 
-One PNG a body in docs/bodies, from its parts (or its hull, where it is one piece); with --sheet FILE
-all of them in one picture instead. A depth buffer hides what is behind; lines are drawn where the
-depth or the direction of the surface jumps.
+One PNG a body in docs/bodies, from its parts (or its hull, where it is one piece); with --sheet
+FILE all of them in one picture instead. A depth buffer hides what is behind; lines are drawn where
+the depth or the direction of the surface jumps.
 """
 
 from __future__ import annotations
@@ -31,11 +31,14 @@ _COLOURS = {
 # Azimuth and elevation of the viewer, in degrees.
 _VIEW = (-60.0, 28.0)
 _VIEWS = {
+    "d4": (-65, 20),
     "adjustable_wrench": (-90, 62), "beer_can": (-75, 16), "bolt": (-60, 24), "card": (-70, 40),
     "coat_hanger": (-80, 6), "coffee_cup": (-55, 24), "coin": (-60, 42), "dustpan": (28, 38),
     "fruit_basket": (-60, 30), "garlic": (-60, 12), "keyboard": (-78, 44), "nut": (-60, 42),
     "plastic_spoon": (-50, 40), "tape_dispenser": (-80, 58), "wrench": (-85, 58),
 }  # fmt: skip
+
+_ON_A_FACE = ("d4",)  # their axes stand otherwise
 
 
 def faces(name: str) -> np.ndarray:
@@ -55,7 +58,10 @@ def draw(name: str, material: str) -> Image.Image:
     toward = np.array([np.cos(azimuth), np.sin(azimuth), 0.0]) * np.cos(elevation)
     toward[2] = np.sin(elevation)
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    seen = faces(name) @ np.column_stack([right, np.cross(toward, right), toward])
+    triangles = faces(name)
+    if name in _ON_A_FACE:
+        triangles = triangles @ _upright(triangles[0])
+    seen = triangles @ np.column_stack([right, np.cross(toward, right), toward])
 
     size = _FINE * _SIZE
     low, high = seen.min(axis=(0, 1)), seen.max(axis=(0, 1))
@@ -78,6 +84,14 @@ def draw(name: str, material: str) -> Image.Image:
     rgba = np.concatenate([pixel, 255.0 * cover], axis=2)
     picture = Image.fromarray(np.round(rgba[::-1]).astype(np.uint8), "RGBA")
     return picture.quantize(64, method=Image.Quantize.FASTOCTREE)
+
+
+def _upright(face: np.ndarray) -> np.ndarray:
+    """Columns are axes (3, 3) of which the last is the inward normal of an outward face (3, 3)."""
+    edge = face[1] - face[0]
+    up = np.cross(face[2] - face[0], edge)
+    x, z = edge / np.linalg.norm(edge), up / np.linalg.norm(up)
+    return np.column_stack([x, np.cross(z, x), z])
 
 
 def _rasterise(triangles: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -129,6 +143,7 @@ def _coarse(samples: np.ndarray) -> np.ndarray:
 
 
 def main() -> None:
+    """Draw them all."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sheet", metavar="FILE", help="draw all bodies into this picture instead")
     options = parser.parse_args()

@@ -8,7 +8,7 @@ of what they join. Lengths in m, densities in kg/m3.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -126,9 +126,24 @@ def tube(
 
 def wire(points_m: ArrayLike, radius_m: float, density: float, closed: bool = False) -> Part:
     """Straight round rods through the points (n, 3); where `closed`, back to the first one."""
-    points = list(np.asarray(points_m, float))
-    pairs = pairwise([*points, points[0]] if closed else points)
-    return join(tube(a, b, radius_m, density) for a, b in pairs)
+    points = np.asarray(points_m, float)
+    if closed:
+        points = np.concatenate([points, points[:1]])
+    rods = join(tube(a, b, radius_m, density) for a, b in pairwise(points))
+    along = np.diff(points, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    before = np.concatenate([along[-1:] if closed else along[:1], along])
+    after = np.concatenate([along, along[:1] if closed else along[-1:]])
+    across = np.cross(along[0], np.eye(3)[np.argmin(np.abs(along[0]))])
+    sections = []  # drawn mitred, where rods would leave gaps
+    for point, axis in zip(points, before + after, strict=True):
+        axis = axis / np.linalg.norm(axis)
+        across = across - across @ axis * axis
+        across /= np.linalg.norm(across)
+        x, y, _ = circle(radius_m, 0.0, _CORNERS // 2).T
+        sections.append(point + np.outer(x, across) + np.outer(y, np.cross(axis, across)))
+    points, triangles = _loft(sections, around=True)
+    return replace(rods, points_m=points, triangles=triangles)
 
 
 def lathe(profile_m: ArrayLike, thickness_m: float, density: float) -> Part:

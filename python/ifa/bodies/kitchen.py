@@ -29,8 +29,9 @@ def coffee_cup() -> Model:
     wall, half = 4e-3, 2e-3
     side = lathe([mm(36, 2), mm(38.5, 8), mm(39, 93)], wall, _CERAMIC)
     floor = lathe([mm(0, 5), mm(37, 5)], 6e-3, _CERAMIC)
-    bow = 1e-3 * np.array([(39, 78), (54, 78), (64, 71), (69, 58), (68, 43), (59, 31), (39, 22)])
-    path = np.column_stack([bow[:, 0], np.zeros(len(bow)), bow[:, 1]])
+    turn = np.radians(np.linspace(90.0, -90.0, 9))
+    path = np.column_stack([0.045 + 0.025 * np.cos(turn), 0.0 * turn, 0.05 + 0.028 * np.sin(turn)])
+    path = np.concatenate([[mm(39, 0, 78)], path, [mm(39, 0, 22)]])
     handle = wire(path, 5e-3, _CERAMIC)
     bend = path[1:-1]  # the handle is thicker than the rounding, by 3 mm
     vertices = np.concatenate(
@@ -89,10 +90,10 @@ def beer_can() -> Model:
 
 def carton() -> Model:
     """An empty milk carton of half a litre, its gable closed to a fin along x."""
-    half, board = 35e-3, 0.42e-3
+    half, board = 34.5e-3, 0.42e-3
 
     def line(z: float, x: float, y: float) -> np.ndarray:
-        """Around the carton: corners at +-35 mm and y, the middles of its sides at x and y."""
+        """Around the carton: corners at +-34.5 mm and y, the middles of its sides at x and y."""
         outline = [(half, y), (0, y), (-half, y), (-x, 0), (-half, -y), (0, -y), (half, -y), (x, 0)]
         return np.array([(*p, z) for p in outline])
 
@@ -105,7 +106,7 @@ def carton() -> Model:
     return Model(
         (skin(base, 2.0 * board, _BOARD), skin(walls, board, _BOARD), skin(gable, board, _BOARD)),
         vertices,
-        0.6e-3,
+        0.5e-3,
     )
 
 
@@ -193,8 +194,8 @@ KITCHEN = {
     "carton": Entry.of("70 x 70 x 168 mm, empty", "board", carton),
     "coffee_cup": Entry.of("82 mm wide, 95 mm high", "ceramic", coffee_cup, wheel=3.0),
     "fruit_basket": Entry.of("26 cm wide, 93 mm high", "wire", fruit_basket),
-    "garlic": Entry.of("53 mm wide, 60 mm high", "bulb", garlic, wheel=4.0),
+    "garlic": Entry.of("52 mm wide, 60 mm high", "bulb", garlic, wheel=4.0),
     "metal_cup": Entry.of("78 mm wide, 101 mm high", "sheet", metal_cup, wheel=3.0),
     "plastic_container": Entry.of("174 x 120 x 61 mm", "moulded", plastic_container),
-    "plastic_spoon": Entry.of("164 x 34 x 12 mm", "moulded", plastic_spoon),
+    "plastic_spoon": Entry.of("165 x 34 x 10 mm", "moulded", plastic_spoon),
 }
