@@ -6,7 +6,7 @@ SHELL := /bin/bash
 PY := .venv/bin/python
 CMAKE_DIR := build/cmake
 CXX_SOURCES = $(shell find cpp tests/cpp benchmarks -name '*.cpp' -o -name '*.hpp')
-PY_SOURCES := python addon tests examples benchmarks
+PY_SOURCES := python addon tests examples benchmarks docs
 TEST_PARTS := lint test-cpp test-python test-blender test-sanitized
 
 help:  ## list the targets
