@@ -7,6 +7,7 @@
 #include "ifa/rigid/body.hpp"
 #include "ifa/rigid/hull.hpp"
 #include "ifa/rigid/start_check.hpp"
+#include "ifa/rigid/symmetry.hpp"
 
 namespace ifa::bindings {
 namespace {
@@ -67,6 +68,23 @@ Body make_body(const std::string& name, const Array& vertices_m, const Array& ri
   return Body::make(std::move(definition));
 }
 
+// (name, continuous, maps (n, 3, 3) in body axes, axis (3,) in body axes)
+py::tuple symmetry_of(const Body& body) {
+  const Symmetry symmetry = [&] {
+    const py::gil_scoped_release release;
+    return Symmetry::of(body);
+  }();
+  const Mat3 axes = body.body_from_principal().toRotationMatrix();
+  Array maps({static_cast<py::ssize_t>(symmetry.elements().size()), py::ssize_t{3}, py::ssize_t{3}});
+  double* out = maps.mutable_data();
+  for (const SymmetryElement& g : symmetry.elements()) {
+    const Mat3 map = axes * g.map * axes.transpose();
+    for (int i = 0; i < 9; ++i) *out++ = map(i / 3, i % 3);
+  }
+  const Vec3 axis = axes * symmetry.axis();
+  return py::make_tuple(symmetry.name(), symmetry.kind() != Symmetry::Kind::finite, maps, from_vec3(axis));
+}
+
 void bind_body(py::module_& m) {
   py::class_<Body, std::shared_ptr<Body>>(m, "Body", "A rigid body of the core; ifa.Body wraps it.")
       .def(py::init(&make_body), py::kw_only(), py::arg("name"), py::arg("vertices_m"), py::arg("rings_m"),
@@ -88,6 +106,7 @@ void bind_body(py::module_& m) {
       .def_property_readonly("principal_inertia_kg_m2",
                              [](const Body& b) { return from_vec3(b.principal_inertia()); })
       .def_property_readonly("bounding_radius_m", &Body::bounding_radius_m)
+      .def("symmetry", &symmetry_of)
       .def_property_readonly("restitution", [](const Body& b) { return b.material().restitution; })
       .def_property_readonly("friction", [](const Body& b) { return b.material().friction; })
       .def_property_readonly("rolling_friction_m",

@@ -32,6 +32,7 @@ from ifa.marks import Signature
 from ifa.simulation import Hits, Run, State, fly, simulate
 from ifa.solution import Event, Motion, Solution
 from ifa.solving import CLEARLY_DIFFERENT, solve
+from ifa.symmetry import Symmetry
 from ifa.verification import Certificate, verify
 
 __all__ = [
@@ -60,6 +61,7 @@ __all__ = [
     "Signature",
     "Solution",
     "State",
+    "Symmetry",
     "__version__",
     "bodies",
     "estimate",

@@ -17,6 +17,7 @@ from ifa.arguments import array, inertia, mass_of, number, only_known, positive,
 from ifa.body_files import read_fields, write_fields
 from ifa.mesh_files import read_mesh
 from ifa.solid import mesh_mass_properties
+from ifa.symmetry import Symmetry
 
 _UNITS_M = {
     "m": 1.0, "metre": 1.0, "meter": 1.0, "cm": 0.01, "mm": 0.001, "um": 1e-6, "km": 1000.0,
@@ -388,6 +389,11 @@ class Body:
     def centre_of_mass_m(self) -> np.ndarray:
         """(3,), in the axes of the mesh or vertices the body was made from."""
         return self._centre_of_mass_m
+
+    @property
+    def symmetry(self) -> Symmetry:
+        """The symmetry group of hull and mass properties, to 1e-6; found anew at each call."""
+        return Symmetry._of(self._core)
 
     @property
     def restitution(self) -> float:
