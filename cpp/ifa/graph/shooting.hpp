@@ -1,0 +1,42 @@
+// Torque-free turns from one orientation to another, by shooting.
+#pragma once
+
+#include "ifa/graph/turn.hpp"
+
+namespace ifa {
+
+// The largest spin that is followed, |w| T: in half a second, 300 turns a second.
+inline constexpr double kMostSpin_rad = 1000.0;
+
+enum class Shot { converged, fold, too_fast, stalled };
+
+struct Shooting {
+  Shot outcome = Shot::stalled;
+  Vec3 spin_rad = Vec3::Zero();  // where it has not converged: the nearest that was found
+  double error_rad = 0.0;        // angle between the end and the target
+  int iterations = 0;            // of Newton's method; of the continuation: its steps
+  // Where the outcome is a fold: the share of the way at which it lies, and the least singular value of the
+  // slope there.
+  double fold_at = 0.0, fold_slope = 0.0;
+};
+
+inline constexpr double kShootingTolerance_rad = 1e-10;
+
+// The spin near `guess_rad` that turns the body by `target`. Newton's method on the rotation vector from the
+// target to where the flight ends, and where that does not converge, continuation.
+//
+// Of the many spins that end there (windings) it is the one that the guess leads to while the end is turned
+// into the target along the shortest arc: steps are bounded and the error may only shrink, so that it never
+// passes pi, where its branch would change.
+Shooting shoot(const lanes::BodyView& body, const Quat& target, const Vec3& guess_rad,
+               const Vec3& other_guess_rad);
+
+// Follows the spin from `start_rad` while the target moves, along the shortest arc, from where that spin ends
+// (0) to `target` (1), by pseudo-arclength: the curve (spin, share of the way) can be followed around where
+// the share turns back. There, at a fold, two spins merge and none continues the guess's: the slope is
+// singular. A fold is certified by two points of the curve, each exact to 1e-11 rad and 1e-6 apart or less,
+// between which the determinant of the slope changes its sign, before the share 1. That is a numerical
+// certificate: it says that this curve ends before the target, not that no other spin reaches it.
+Shooting follow(const lanes::BodyView& body, const Quat& target, const Vec3& start_rad);
+
+}  // namespace ifa
