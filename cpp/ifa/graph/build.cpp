@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kShardSimulations = 2048;  // 0.1 s and 3 MB, where bodies are dice
+constexpr std::uint64_t kShardSimulations = 1024;  // of a die some 50 ms and 2 MB, of a coin 5 s
 constexpr const char* kPlan = "plan";              // the manifest of a build: what its shards are of
 
 void make_folder(const fs::path& folder) {

@@ -19,7 +19,7 @@ struct Sample : lanes::Sim {
   State onset_before, onset_after;
   State take_off;  // after the last contact
   double take_off_s = 0.0, energy_j = 0.0;
-  bool flies = false;  // since then
+  bool flew = false;  // from there to the impact that is being resolved
   NodeColumns nodes;
 };
 
@@ -48,7 +48,10 @@ class Harvester {
     return true;
   }
 
-  void impact(Sample& m) { m.before = state_of(m); }
+  void impact(Sample& m) {
+    m.before = state_of(m);
+    m.flew = m.stage == lanes::Stage::flight;
+  }
 
   bool resolved(Sample& m, const lanes::HitData& data) {
     const double now_s = m.time_s - m.onset_s;
@@ -89,7 +92,6 @@ class Harvester {
     m.take_off = state_of(m);
     m.take_off_s = m.time_s;
     m.energy_j = energy_j(body_, gravity_, before);
-    m.flies = m.stage == lanes::Stage::flight;
   }
 
   // The event that went on until now is a node.
@@ -115,7 +117,7 @@ class Harvester {
     put(c.change, to_body * (m.take_off.angular_velocity - m.onset_before.angular_velocity));
     const double delay_s = m.take_off_s - m.onset_s;
     c.delay_s.push_back(static_cast<float>(delay_s));
-    const bool flight = next == Next::hit && m.flies;
+    const bool flight = next == Next::hit && m.flew;
     c.flight_s.push_back(flight ? static_cast<float>(now_s - delay_s) : 0.0f);
     c.energy_j.push_back(static_cast<float>(m.energy_j));
     c.amplitude.push_back(static_cast<float>(passage.event.amplitude));

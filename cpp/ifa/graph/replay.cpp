@@ -39,7 +39,9 @@ Onset first_onset(const Database& database, std::size_t i, const Progress* progr
   sample_states(database.body(), recipe.sampling, recipe.seed, database.nodes().simulation[i], start, 1);
   EventSimulation simulation(database.body(), recipe.physics.simulation);
   simulation.start(start[0], 0.0, nullptr, nullptr, progress);
-  while (simulation.advance(recipe.until_s) == EventSimulation::Stop::impact) {
+  bool strikes = simulation.approach_speed() > 0.0;  // at once
+  while (strikes || simulation.advance(recipe.until_s) == EventSimulation::Stop::impact) {
+    strikes = false;
     Onset onset;
     onset.before = simulation.state();
     onset.hit = simulation.resolve();
