@@ -11,5 +11,6 @@ PYBIND11_MODULE(_core, m) {
   ifa::bindings::bind_motion(m);
   ifa::bindings::bind_forward(m);
   ifa::bindings::bind_explain(m);
+  ifa::bindings::bind_graph(m);
   ifa::bindings::bind_verify(m);
 }

@@ -22,10 +22,12 @@ from ifa._core import (
     IfaValueError,
     NoMotionError,
     Progress,
+    ReplayError,
     __version__,
 )
 from ifa.batch import Batch, SampleStatus, instruction_sets, sample_states, simulate_batch
 from ifa.body import Body, MeshWarning
+from ifa.database import Database
 from ifa.estimation import Estimate, Finding, Gap, estimate
 from ifa.explanation import Conflict, Explanation, Repair, explain
 from ifa.marks import Signature
@@ -42,6 +44,7 @@ __all__ = [
     "Cancelled",
     "Certificate",
     "Conflict",
+    "Database",
     "Estimate",
     "Event",
     "Explanation",
@@ -56,6 +59,7 @@ __all__ = [
     "NoMotionError",
     "Progress",
     "Repair",
+    "ReplayError",
     "Run",
     "SampleStatus",
     "Signature",

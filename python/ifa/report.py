@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ifa.body import Body
@@ -302,6 +302,16 @@ def bodies_text(bodies: Iterable[dict[str, Any]]) -> str:
             "ms: contacts that are less apart are one event",
             "restitution / friction on each surface",
         ]
+    )
+
+
+def database_text(content: Mapping[str, Any], checked: bool) -> str:
+    """What `Database.to_dict` says, in two lines."""
+    nodes, simulations = content["nodes"], content["simulations"]
+    return (
+        f"{content['body']['name']}: {nodes:,} nodes ({content['terminal_nodes']:,} terminal) of "
+        f"{simulations:,} simulations, {content['bytes'] / 1e6:,.1f} MB\n"
+        f"written to {content['path']}{', checksums agree' if checked else ''}"
     )
 
 

@@ -18,7 +18,7 @@ struct Sample : lanes::Sim {
   State onset_before, onset_after;
   State take_off;  // after the last contact
   double take_off_s = 0.0, energy_j = 0.0;
-  bool flies = false;  // since then
+  bool flew = false;  // from there to the impact that is being resolved
   NodeColumns nodes;
 };
 
@@ -47,7 +47,10 @@ class Harvester {
     return true;
   }
 
-  void impact(Sample& m) { m.before = state_of(m); }
+  void impact(Sample& m) {
+    m.before = state_of(m);
+    m.flew = m.stage == lanes::Stage::flight;
+  }
 
   bool resolved(Sample& m, const lanes::HitData& data) {
     Hit hit{m.time_s, Eigen::Map<const Vec3>(data.impulse), data.approach_speed,
@@ -94,7 +97,6 @@ class Harvester {
     m.take_off = state_of(m);
     m.take_off_s = m.time_s;
     m.energy_j = energy_j(body_, gravity_, before);
-    m.flies = m.stage == lanes::Stage::flight;
   }
 
   // The event that went on until now is a node.
@@ -118,7 +120,7 @@ class Harvester {
     const Quat to_body = m.take_off.orientation.conjugate();
     put(c.change, to_body * (m.take_off.velocity - m.onset_before.velocity));
     put(c.change, to_body * (m.take_off.angular_velocity - m.onset_before.angular_velocity));
-    const bool flight = next == Next::hit && m.flies;
+    const bool flight = next == Next::hit && m.flew;
     const double delay_s = flight ? m.take_off_s : m.time_s;
     c.delay_s.push_back(static_cast<float>(delay_s));
     c.flight_s.push_back(flight ? static_cast<float>(m.time_s - delay_s) : 0.0f);
