@@ -5,7 +5,10 @@
 namespace ifa {
 namespace {
 
-// The smallest turn that carries unit vector `from` to `to`.
+constexpr double kRounding = 1e-5;  // of an energy: its parts are kept as float32
+
+}  // namespace
+
 Mat3 smallest_turn(const Vec3& from, const Vec3& to) {
   const double cosine = from.dot(to);
   if (cosine < -1.0 + 1e-9) {  // half a turn, about any axis across
@@ -16,10 +19,6 @@ Mat3 smallest_turn(const Vec3& from, const Vec3& to) {
   const Mat3 w = cross_matrix(from.cross(to));
   return Mat3::Identity() + w + w * w / (1.0 + cosine);
 }
-
-constexpr double kRounding = 1e-5;  // of an energy: its parts are kept as float32
-
-}  // namespace
 
 Splice splice(const TakeOffView& i, const PlausibleRegion& region, const TakeOffView& j, double flight_s) {
   const Mat3 turn = smallest_turn(j.up, i.up);

@@ -10,6 +10,9 @@ namespace ifa {
 // Transitions with a factor below exp(-10) are not looked at (paper section 5.5, optional speedups).
 inline constexpr double kLeastLogFactor = -10.0;
 
+// Carries unit vector `from` to `to`.
+Mat3 smallest_turn(const Vec3& from, const Vec3& to);
+
 // Leaving take-off i so that the flight ends in the pose in which j's flight ended, j turned and moved on the
 // plane to fit i best. In i's principal axes.
 struct Splice {

@@ -41,6 +41,7 @@ double centroid_factor(double centroid_s, double target_s);  // eq. 8
 
 // Their logarithms, where products of many are compared.
 double log_orientation_factor(double angle_rad, double flight_s);  // eq. 4
+inline constexpr double kShortFlight_s = 0.2;                      // T_0: in longer flights it is the same
 double log_time_factor(double interval_s, double target_s);
 double log_amplitude_factor(double amplitude, double target);
 double log_length_factor(double length_s, double target_s);  // and of a centroid
