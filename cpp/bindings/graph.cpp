@@ -34,8 +34,10 @@ py::tuple replay(const Database& database, std::size_t i, const std::shared_ptr<
     states.push_back(to_body(database.body(), node.state));
   }
   if (edge) {
-    times.push_back(passage.interval_s);
-    states.push_back(to_body(database.body(), passage.onset.after));
+    for (const State* state : {&passage.onset.before, &passage.onset.after}) {
+      times.push_back(passage.interval_s);
+      states.push_back(to_body(database.body(), *state));
+    }
     record.hits.push_back(passage.onset.hit);
     record.hits.back().time_s = passage.interval_s;
   }
