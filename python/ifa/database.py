@@ -240,11 +240,12 @@ class Database:
         )
 
 
-def _name(path: Any) -> str:
+def _name(path: Any) -> bytes:
+    """The path as the core takes it: names of files need not be UTF-8."""
     try:
         name = os.fspath(path)
     except TypeError:
         raise IfaValueError(f"path: needs the name of a folder, got {path!r}") from None
     if not isinstance(name, str) or not name or "\0" in name:
         raise IfaValueError(f"path: needs the name of a folder, got {path!r}")
-    return name
+    return os.fsencode(name)

@@ -118,6 +118,14 @@ def test_a_complete_one_is_opened(database, die):
     assert {path: path.stat().st_mtime_ns for path in database.path.iterdir()} == before
 
 
+def test_a_name_that_is_not_utf8_works(die, tmp_path):
+    path = os.path.join(tmp_path, os.fsdecode(b"d\xff6"))
+    built = ifa.Database.build(die, path, 5)
+    assert len(ifa.Database.open(path)) == len(built)
+    with pytest.raises(ifa.IfaFileError, match="no such folder"):
+        ifa.Database.open(path + "x")
+
+
 def test_replay_is_a_run(database):
     flags, onset = database.columns["flags"], database.columns["onset"]
     for i in range(60):

@@ -95,10 +95,8 @@ TEST(ArraySet, EveryDamageOfTheManifestIsSeen) {
   for (std::size_t i = 0; i < good.size(); ++i) {
     std::string bad = good;
     bad[i] = static_cast<char>(bad[i] ^ 1);
-    put(manifest, bad);
-    EXPECT_THROW(ArraySet::open(folder.path(), "things"), FileError) << i;
-    put(manifest, good.substr(0, i));
-    EXPECT_THROW(ArraySet::open(folder.path(), "things"), FileError) << i;
+    EXPECT_THROW(from_text(bad, manifest), FileError) << i;
+    EXPECT_THROW(from_text(good.substr(0, i), manifest), FileError) << i;
   }
 }
 
