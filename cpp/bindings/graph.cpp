@@ -1,7 +1,9 @@
 // The database of the contact-event graph.
 #include "ifa/graph/build.hpp"
 #include "ifa/graph/replay.hpp"
+#include "ifa/graph/solve.hpp"
 
+#include "solution.hpp"
 #include "states.hpp"
 
 namespace ifa::bindings {
@@ -92,6 +94,28 @@ void bind_graph(py::module_& m) {
           },
           py::arg("threads"), py::arg("progress"))
       .def("replay", &replay, py::arg("node"), py::arg("progress"));
+  m.attr("GRAPH_RUNGS") = graph_rung_count();
+  py::class_<ContactGraph, std::shared_ptr<ContactGraph>>(m, "ContactGraph")
+      .def_property_readonly("transitions",
+                             [](const ContactGraph& g) { return g.transitions().target.size(); });
+  m.def(
+      "make_graph",
+      [](const Database& database, double energy_gain_j, int threads,
+         const std::shared_ptr<Progress>& progress) {
+        return std::make_shared<ContactGraph>(run_interruptible<ContactGraph>(
+            progress, [&](Progress* p) { return ContactGraph::of(database, energy_gain_j, threads, p); }));
+      },
+      py::arg("database"), py::arg("energy_gain_j"), py::arg("threads"), py::arg("progress"));
+  m.def(
+      "solve_graph",
+      [](const ContactGraph& graph, const Marks& marks, double time_budget_s, int rung, int takes,
+         double energy_gain_j, double lead_in_s, const std::shared_ptr<Progress>& progress) {
+        const GraphOptions options{time_budget_s, rung, takes, energy_gain_j, lead_in_s};
+        return from_solution(run_interruptible<Solution>(
+            progress, [&](Progress* p) { return solve_graph(graph, marks, options, p); }));
+      },
+      py::arg("graph"), py::arg("marks"), py::kw_only(), py::arg("time_budget_s"), py::arg("rung"),
+      py::arg("takes"), py::arg("energy_gain_j"), py::arg("lead_in_s"), py::arg("progress"));
   m.def(
       "open_database",
       [](const std::string& path) { return std::make_shared<Database>(Database::open(path)); },

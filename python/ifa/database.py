@@ -42,11 +42,12 @@ class Database:
     stored: `replay` simulates an edge again.
     """
 
-    __slots__ = ("_body", "_columns", "_core", "_path")
+    __slots__ = ("_body", "_columns", "_core", "_graph", "_path")
 
     _body: Body
     _columns: Mapping[str, np.ndarray]
     _core: Any
+    _graph: tuple[float, Any] | None  # the energy gain it is for, and the graph
     _path: Path
 
     def __init__(self) -> None:
@@ -134,6 +135,7 @@ class Database:
     def _of(cls, core: Any, path: str | os.PathLike[str]) -> Database:
         database = object.__new__(cls)
         database._core = core
+        database._graph = None
         database._path = Path(path)
         database._columns = MappingProxyType(core.columns)
         database._body = Body._of(core.body)
@@ -197,6 +199,28 @@ class Database:
         """Read everything and compare it with its checksums; IfaFileError names a damaged file."""
         arguments.check_progress(progress)
         self._core.check(arguments.threads(threads), progress)
+
+    def prepare(
+        self, threads: int | None = None, progress: _core.Progress | None = None
+    ) -> Database:
+        """Make the transitions between its flights, which searches need, and keep them in the folder.
+
+        Done once for a database, by the first solve at the latest; afterwards they are mapped. Where
+        the folder cannot be written to they are made for this object alone. Returns the database.
+        """
+        arguments.check_progress(progress)
+        self._graph_for(0.0, arguments.threads(threads), progress)
+        return self
+
+    @property
+    def transitions(self) -> int:
+        """How many transitions it has (paper section 5.2); makes them if need be."""
+        return int(self._graph_for(0.0, 0, None).transitions)
+
+    def _graph_for(self, gain_j: float, threads: int, progress: _core.Progress | None) -> Any:
+        if self._graph is None or self._graph[0] != gain_j:
+            self._graph = (gain_j, _core.make_graph(self._core, gain_j, threads, progress))
+        return self._graph[1]
 
     def replay(self, node: int, progress: _core.Progress | None = None) -> Run:
         """Simulate again what comes after the onset of a node, until the next node's or to rest.
