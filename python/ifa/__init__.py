@@ -26,6 +26,7 @@ from ifa._core import (
 )
 from ifa.batch import Batch, SampleStatus, instruction_sets, sample_states, simulate_batch
 from ifa.body import Body, MeshWarning
+from ifa.constraints import ConstraintReport, Orientation, Position
 from ifa.estimation import Estimate, Finding, Gap, estimate
 from ifa.explanation import Conflict, Explanation, Repair, explain
 from ifa.marks import Signature
@@ -41,6 +42,7 @@ __all__ = [
     "Cancelled",
     "Certificate",
     "Conflict",
+    "ConstraintReport",
     "Estimate",
     "Event",
     "Explanation",
@@ -53,6 +55,8 @@ __all__ = [
     "MeshWarning",
     "Motion",
     "NoMotionError",
+    "Orientation",
+    "Position",
     "Progress",
     "Repair",
     "Run",

@@ -5,6 +5,7 @@
 
 #include "ifa/forward/closing.hpp"
 #include "ifa/forward/steepest.hpp"
+#include "ifa/forward/steer.hpp"
 #include "ifa/forward/track.hpp"
 
 namespace ifa {
@@ -84,10 +85,10 @@ void Expander::expand(std::span<const Candidate> parents, std::size_t first, std
   auto anchors = anchors_of(closings, trials_.problem().target_s(k), options.tolerance);
   const auto varied = vary(trials_, parents, k, options.tolerance, anchors, options.variants, random);
   for (const Anchor& a : varied) add(a.trial);
-  if (trials_.problem().marks.durations_s[k] > 0.0) {
-    anchors.insert(anchors.end(), varied.begin(), varied.end());
+  anchors.insert(anchors.end(), varied.begin(), varied.end());
+  if (trials_.problem().marks.durations_s[k] > 0.0)
     for (const Anchor& a : fit_length(trials_, parents, k, options.tolerance, anchors, random)) add(a.trial);
-  }
+  for (const Anchor& a : steer(trials_, parents, k, options.tolerance, anchors, trials)) add(a.trial);
   look_ahead(std::span(children).subspan(begin), k + 1);
 }
 
@@ -135,6 +136,9 @@ void Expander::add_child(const Candidate& parent, std::size_t index, std::size_t
   const bool plausible = trial.excess <= kPlausible.excess && ratio <= 1.0 + kPlausible.retime &&
                          log_factors >= kLeastLogFactors;
   child.violations = parent.violations + (plausible ? 0 : 1);
+  child.alignment = parent.alignment;
+  child.unmet = parent.unmet;
+  child.constrain(problem, k + 1);
   child.stretched = parent.stretched + (ratio > 1.0 + kUnnoticed ? 1 : 0);
   children.push_back(child);
 }
@@ -159,6 +163,27 @@ double Expander::miss(const Passage& passage, std::size_t k) const {
   return (kDubious +
           std::log(passage.onset.hit.approach_speed_m_s / problem.physics.hearing.audible_speed_m_s)) /
          kReach;
+}
+
+// A guess of what the constraints of the next mark, or of rest, will cost where this is how a candidate at
+// mark k goes on: excess and factors of the change that steers there.
+double Expander::outlook_on_constraints(const Candidate& candidate, const Passage& passage,
+                                        std::size_t k) const {
+  const Problem& problem = trials_.problem();
+  if (k + 1 == problem.marks.size()) {
+    if (passage.next != Next::rest) return 0.0;
+    return -std::log1p(-candidate.log_rest(problem, passage));  // a change may yet mend it
+  }
+  const Aim aim(problem.marks, trials_.body(), k + 1);
+  if (!aim.any() || !passage.hits()) return 0.0;
+  const State& from = candidate.onset.after;
+  State pose = passage.onset.before;
+  const double target = problem.target_s(k);
+  // in time: as much farther or less far
+  pose.position = candidate.onset.before.position +
+                  target / passage.interval_s * (pose.position - candidate.onset.before.position);
+  const Arrival arrival(pose, from.angular_velocity, target, trials_.region(candidate.onset));
+  return -aim.step(candidate.alignment, arrival, Vec6::Zero(), 1.0, {}).cost;
 }
 
 void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
@@ -190,6 +215,7 @@ void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
     const double too_fast =
         std::max(0.0, travel / trials_.problem().travel_budget_m_s(trials_.body_index(), k) - 1.0) / kTooFast;
     c.outlook -= 0.5 * too_fast * too_fast;
+    if (!marks.constraints.empty()) c.outlook += outlook_on_constraints(c, passages[i], k);
     c.unchanged = std::make_shared<const Passage>(std::move(passages[i]));
   }
   if (k + 1 >= marks.size()) return;
@@ -207,10 +233,11 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
   const Ending ending = problem.marks.ending;
   const double edge = kEdge * std::sqrt(largest_excess);
   const auto log_factors = [&](const Trial& t) {
-    return t.log_factors(problem, k, candidates[t.candidate].first_amplitude);
+    return t.log_factors(problem, k, candidates[t.candidate].first_amplitude) +
+           candidates[t.candidate].log_rest(problem, t.passage);
   };
-  // How far a trial is from the ending: 0 as asked; less than 0.5 if only its sound is amiss, else by the
-  // loudness of the hit that is too much.
+  // How far a trial is from the ending: 0 as asked; less than 0.5 if only its sound or how it lies is amiss,
+  // else by the loudness of the hit that is too much.
   const auto flaw = [&](const Trial& t) {
     if (ends_as_asked(t.passage, ending)) {
       const double amiss = std::max(0.0, kLeastLogFactors - log_factors(t));
