@@ -21,6 +21,7 @@ constexpr std::size_t kFewTracked = 6;  // children that keep to a known motion
 constexpr int kFinishRounds = 4;
 constexpr double kFinishPerState_s = 20.0;  // simulated in search of an ending, for each state of the beam
 constexpr int kRounds = 3;                  // of plausible proposals for a level, at most
+constexpr double kDear = 4.0;               // what constraints ahead may cost a candidate that is kept gladly
 constexpr int kLooseRounds = 2;             // of those beyond, where too few are plausible
 
 struct Chunk {
@@ -203,6 +204,7 @@ class Search {
     std::size_t n = 0;
     for (const Candidate& c : all) {
       if (c.violations > fewest_violations_ || c.unmet > fewest_unmet_) continue;
+      if (c.toll > kDear) continue;
       if (last && ends_as_asked(*c.unchanged, problem_.marks.ending) &&
           c.log_rest(problem_, *c.unchanged) >= std::log(kMetFactor))
         return room();

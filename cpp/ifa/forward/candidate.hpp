@@ -49,6 +49,7 @@ struct Candidate {
   Alignment alignment;           // of what the constraints have asked so far
   double log_constraints = 0.0;  // of it: the factors of the constraints
   int unmet = 0;                 // orientations that were off by more than half their factor
+  double toll = 0.0;             // a guess of what the constraints of the next mark, or of rest, will cost
   double outlook = 0.0;          // a guess of the log weight to come
   // How it goes on without a change; dropped once its children are chosen.
   std::shared_ptr<const Passage> unchanged;

@@ -165,25 +165,18 @@ double Expander::miss(const Passage& passage, std::size_t k) const {
          kReach;
 }
 
-// A guess of what the constraints of the next mark, or of rest, will cost where this is how a candidate at
-// mark k goes on: excess and factors of the change that steers there.
-double Expander::outlook_on_constraints(const Candidate& candidate, const Passage& passage,
-                                        std::size_t k) const {
+double Expander::toll(const Candidate& candidate, const Passage& passage, std::size_t k) const {
   const Problem& problem = trials_.problem();
-  if (k + 1 == problem.marks.size()) {
-    if (passage.next != Next::rest) return 0.0;
-    return -std::log1p(-candidate.log_rest(problem, passage));  // a change may yet mend it
-  }
+  const double at_rest = toll_at_rest(problem, candidate, passage);
+  if (k + 1 == problem.marks.size() || !passage.hits()) return at_rest;
   const Aim aim(problem.marks, trials_.body(), k + 1);
-  if (!aim.any() || !passage.hits()) return 0.0;
-  const State& from = candidate.onset.after;
-  State pose = passage.onset.before;
-  const double target = problem.target_s(k);
-  // in time: as much farther or less far
-  pose.position = candidate.onset.before.position +
-                  target / passage.interval_s * (pose.position - candidate.onset.before.position);
-  const Arrival arrival(pose, from.angular_velocity, target, trials_.region(candidate.onset));
-  return -aim.step(candidate.alignment, arrival, Vec6::Zero(), 1.0, {}).cost;
+  if (!aim.any()) return at_rest;
+  const Onset& onset = candidate.onset;
+  State pose = passage.onset.before;  // in time: as much farther or less far
+  pose.position = onset.before.position +
+                  problem.target_s(k) / passage.interval_s * (pose.position - onset.before.position);
+  const Arrival arrival(pose, onset.after.angular_velocity, problem.target_s(k), trials_.region(onset));
+  return at_rest + aim.step(candidate.alignment, arrival, Vec6::Zero(), 1.0, {}).cost;
 }
 
 void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
@@ -215,14 +208,24 @@ void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
     const double too_fast =
         std::max(0.0, travel / trials_.problem().travel_budget_m_s(trials_.body_index(), k) - 1.0) / kTooFast;
     c.outlook -= 0.5 * too_fast * too_fast;
-    if (!marks.constraints.empty()) c.outlook += outlook_on_constraints(c, passages[i], k);
+    if (!marks.constraints.empty()) {
+      c.toll = toll(c, passages[i], k);
+      c.outlook -= c.toll;
+    }
     c.unchanged = std::make_shared<const Passage>(std::move(passages[i]));
   }
   if (k + 1 >= marks.size()) return;
   passages = trials_.follow(onsets, k + 1);
   for (std::size_t j = 0; j < of.size(); ++j) {
     const double miss2 = std::clamp(miss(passages[j], k + 1), -3.0, 3.0);
-    candidates[of[j]].outlook -= kSecondWeight * 0.5 * miss2 * miss2;
+    Candidate& c = candidates[of[j]];
+    c.outlook -= kSecondWeight * 0.5 * miss2 * miss2;
+    if (marks.constraints.empty()) continue;
+    constexpr double kMostToll = 12.0;  // changes will come between
+    Candidate next = c;
+    next.onset = onsets[j];
+    next.constrain(trials_.problem(), k + 1);
+    c.outlook -= kSecondWeight * std::min(kMostToll, toll(next, passages[j], k + 1));
   }
 }
 

@@ -33,15 +33,6 @@ bool usable(const Body& body, const SearchPhysics& physics, const StartOptions& 
          clear_before(body, s, physics.simulation.gravity_m_s2, options.clear_s) >= options.clear_s;
 }
 
-// The rotation vector that takes a direction of the body to one as steep as is wanted; headings are free.
-Vec3 turn_to(const Vec3& now, const Vec3& wanted) {
-  const Vec3 goal = wanted.stableNormalized();
-  const double flat = goal.head<2>().norm(), own = now.head<2>().norm();
-  Vec3 steep = goal;
-  if (own > 0.0) steep.head<2>() = flat / own * now.head<2>();
-  return rotation_log(Quat::FromTwoVectors(now, steep));
-}
-
 // Turns a touching body, so that it faces as it shall and touches again.
 void face(const Body& body, const OrientationConstraint& facing, State& s) {
   const Vec3 now = seen(body, s, facing.body_direction.stableNormalized());

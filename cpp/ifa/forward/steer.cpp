@@ -14,6 +14,7 @@ constexpr int kRounds = 2;
 constexpr std::size_t kSteered = 4;  // anchors of each candidate in each round
 constexpr double kLateWeight = 1e4;  // 1 % of an interval weighs as much as a change at the region's edge
 constexpr double kAstray = 0.1;      // of the way between two positions: how far off its line others may be
+constexpr double kLeastRise = 1e-3;  // of the height: what a ball or a balanced body takes to tip over
 constexpr double kNear_m = 0.01;     // at least, where f_p halves
 
 // d rotation / d rotation vector, in world axes (the left Jacobian of SO(3)).
@@ -122,6 +123,35 @@ Aim::Step Aim::step(const Alignment& before, const Arrival& arrival, const Vec6&
   }
   const Vec6 to = y + change;
   return {to, to.squaredNorm() + then.cost() - before.cost()};
+}
+
+double toll_at_rest(const Problem& problem, const Candidate& candidate, const Passage& passage) {
+  const Body& body = problem.bodies[static_cast<std::size_t>(candidate.body)];
+  double cost = 0.0;
+  for (const OrientationConstraint& c : problem.marks.constraints.orientations) {
+    if (c.mark != kAtRest) continue;
+    if (passage.next == Next::rest) return std::log1p(-candidate.log_rest(problem, passage));
+    const State& pose = candidate.onset.before;
+    const Vec3 turn = turn_to(seen(body, pose, c.body_direction.stableNormalized()), c.direction);
+    State goal = pose;
+    goal.orientation = (rotation_exp(turn) * pose.orientation).normalized();
+    goal.position.z() = 0.0;
+    const double weight_n = body.mass_kg() * problem.physics.simulation.gravity_m_s2.norm();
+    const double height_m = -lowest_gap_m(body, goal);
+    const double barrier_j = weight_n * std::max(body.bounding_radius_m() - height_m, kLeastRise * height_m);
+    const double energy_j =
+        kinetic_energy(body, candidate.onset.after) + weight_n * std::max(0.0, pose.position.z() - height_m);
+    cost += std::exp(-energy_j / barrier_j) * std::log1p(kOrientationWeight * turn.squaredNorm());
+  }
+  return cost;
+}
+
+Vec3 turn_to(const Vec3& now, const Vec3& wanted) {
+  const Vec3 goal = wanted.stableNormalized();
+  const double own = now.head<2>().norm();
+  Vec3 steep = goal;
+  if (own > 0.0) steep.head<2>() = goal.head<2>().norm() / own * now.head<2>();
+  return rotation_log(Quat::FromTwoVectors(now, steep));
 }
 
 std::vector<Anchor> steer(Trials& trials, std::span<const Candidate> candidates, std::size_t k,

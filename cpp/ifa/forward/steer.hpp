@@ -64,6 +64,15 @@ class Aim {
   std::vector<Direction> directions_;
 };
 
+// The rotation vector that takes a direction of the body, as it is, to one as steep as is wanted: headings
+// are free.
+Vec3 turn_to(const Vec3& now, const Vec3& wanted);
+
+// A guess of what the constraints at rest will cost a candidate that goes on so unchanged. A change may yet
+// mend it; the less energy the body has, the less: on its way to rest it stays on the face it lies on once it
+// cannot tip over any more.
+double toll_at_rest(const Problem& problem, const Candidate& candidate, const Passage& passage);
+
 // More that come in time, and to where the constraints want the body: from the best of each candidate's
 // anchors, the change that a linear model of lateness, place and turn says. `seen` are other trials, for this
 // model. Some of them miss.
