@@ -32,7 +32,10 @@ py::dict from_solution(const Solution& s) {
     d["factors"] = from_factors(e.factors);
     events.append(d);
   }
+  py::list constraints;  // (error, factor)
+  for (const ConstraintReport& c : s.constraints) constraints.append(py::make_tuple(c.error, c.factor));
   py::dict d;
+  d["constraints"] = constraints;
   d["motion"] = std::const_pointer_cast<Motion>(s.motion);
   d["score"] = s.score;
   d["score_without_sound"] = s.score_without_sound;

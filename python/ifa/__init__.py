@@ -27,6 +27,7 @@ from ifa._core import (
 )
 from ifa.batch import Batch, SampleStatus, instruction_sets, sample_states, simulate_batch
 from ifa.body import Body, MeshWarning
+from ifa.constraints import ConstraintReport, Orientation, Position
 from ifa.database import Database
 from ifa.estimation import Estimate, Finding, Gap, estimate
 from ifa.explanation import Conflict, Explanation, Repair, explain
@@ -44,6 +45,7 @@ __all__ = [
     "Cancelled",
     "Certificate",
     "Conflict",
+    "ConstraintReport",
     "Database",
     "Estimate",
     "Event",
@@ -57,6 +59,8 @@ __all__ = [
     "MeshWarning",
     "Motion",
     "NoMotionError",
+    "Orientation",
+    "Position",
     "Progress",
     "Repair",
     "ReplayError",

@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from ifa import _core, arguments
+from ifa import constraints as poses
 from ifa._core import IfaValueError
 from ifa.body import Body
+from ifa.constraints import Constraint
 from ifa.marks import HEARING, Signature
 from ifa.solution import Event, Motion, Solution
 
@@ -32,7 +34,7 @@ def solve(
     material: str = "given",
     energy_gain_j: float = 0.0,
     takes: int = 1,
-    constraints: Sequence[Any] = (),
+    constraints: Sequence[Constraint] = (),
     progress: _core.Progress | None = None,
     rung: int | None = None,
     lead_in_s: float = 0.5,
@@ -55,7 +57,11 @@ def solve(
         energy_gain_j: How much a contact may add to the energy, J.
         takes: So many motions are looked for that are clearly different: by CLEARLY_DIFFERENT body
             radii or more. `solution.takes` has them, which may be fewer.
-        constraints: None yet.
+        constraints: `ifa.Orientation` and `ifa.Position`, beside those that the marks have: which
+            side of the body points where, and where on the ground it is, at marks or at rest (paper
+            section 6). Their factors count in the search like all others; where the best motion is
+            plausible but does not meet them, the ladder is climbed on. `solution.constraints` says
+            how each was met.
         progress: Read its `fraction` and call its `cancel()` from another thread.
         rung: Run just this one, so that the result depends on no clock: the same seed and rung give
             the same motion, byte for byte.
@@ -78,8 +84,9 @@ def solve(
     _one_of(method, "method", "forward")
     _one_of(events, "events", "audible", "contact")
     _one_of(material, "material", "given", "fit")
-    if not isinstance(constraints, Sequence) or len(constraints):
-        raise IfaValueError(f"constraints: this version knows none, got {constraints!r}")
+    asked = poses.sequence(constraints)
+    if asked:
+        marks = marks.with_constraints(asked)
     if reuse is not None and not isinstance(reuse, Solution):
         raise IfaValueError("reuse: needs an ifa.Solution")
     if reuse is not None and reuse.kept is None:
@@ -140,6 +147,7 @@ def _solution(
         body=body.replace(restitution=found["restitution"], friction=found["friction"]),
         marks=marks,
         events=events,
+        constraints=poses.reports(marks.constraints, found.pop("constraints")),
         others=others,
         **found,
         **rest,

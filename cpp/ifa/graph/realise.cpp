@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "ifa/graph/placement.hpp"
 #include "ifa/graph/replay.hpp"
+#include "ifa/graph/transplant.hpp"
 #include "ifa/rigid/contact.hpp"
 #include "ifa/signature/factors.hpp"
 
@@ -122,8 +122,8 @@ class Realiser::Walk {
     const double flight_s = like.interval_s - record.nodes.back().time_s;
     const SymmetryElement element = with_.images_.element(
         next.element, take_off_of(nodes_, path_.steps[k_].node).up, take_off_of(nodes_, next.node - 1).up);
-    const Placement seen = placed_.after({element});
-    const Placement beside = registration(seen.of(like_off), off).after(seen);
+    const Transplant seen = placed_.after({element});
+    const Transplant beside = registration(seen.of(like_off), off).after(seen);
 
     const Connection flight =
         with_.connector_.connect(off, beside.of(like_off), beside.of(like_end), flight_s, gravity);
@@ -159,7 +159,7 @@ class Realiser::Walk {
   const Targets& targets_;
   std::size_t k_ = 0;
   Onset onset_;            // of the event, as it happens here
-  Placement placed_;       // of the node's own simulation
+  Transplant placed_;      // of the node's own simulation
   State own_;              // the outcome in that
   bool untouched_ = true;  // these two are the same
   Link link_;

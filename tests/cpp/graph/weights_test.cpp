@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "ifa/base/random.hpp"
-#include "ifa/graph/placement.hpp"
+#include "ifa/graph/transplant.hpp"
 #include "sample_bodies.hpp"
 
 namespace ifa {
@@ -53,7 +53,7 @@ TEST(Splice, HeadingAndPlaceDoNotMatter) {
   RandomStream random(5, 0);
   for (int n = 0; n < 50; ++n) {
     const State i = random_take_off(random), j = random_take_off(random);
-    Placement anywhere;
+    Transplant anywhere;
     anywhere.turn = Quat(std::cos(1.0), 0.0, 0.0, std::sin(1.0));
     anywhere.shift = {3.0, -2.0, 0.0};
     const PlausibleRegion region(Vec3(0.0, 0.5, 1.0), Vec3(10.0, 5.0, 0.0), 0.01);

@@ -1,10 +1,10 @@
-#include "ifa/graph/placement.hpp"
+#include "ifa/graph/transplant.hpp"
 
 #include <cmath>
 
 namespace ifa {
 
-State Placement::of(const State& s) const {
+State Transplant::of(const State& s) const {
   State out = image(element, s);
   out.position = shift + turn * out.position;
   out.orientation = turn * out.orientation;
@@ -13,8 +13,8 @@ State Placement::of(const State& s) const {
   return out;
 }
 
-Placement Placement::after(const Placement& inner) const {
-  Placement both;
+Transplant Transplant::after(const Transplant& inner) const {
+  Transplant both;
   both.element = {element.map * inner.element.map, element.proper == inner.element.proper};
   Quat turned = inner.turn;
   Vec3 shifted = inner.shift;
@@ -27,8 +27,8 @@ Placement Placement::after(const Placement& inner) const {
   return both;
 }
 
-Placement registration(const State& from, const State& to) {
-  Placement p;
+Transplant registration(const State& from, const State& to) {
+  Transplant p;
   // Of turns about z the nearest to R: that of the quaternion's w and z, alone (the trace of R Rz^-1 is
   // most).
   const Quat r = to.orientation * from.orientation.conjugate();

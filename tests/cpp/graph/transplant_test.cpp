@@ -1,5 +1,5 @@
-// Placements compose, and registration is the best turn: against search.
-#include "ifa/graph/placement.hpp"
+// Transplants compose, and registration is the best turn: against search.
+#include "ifa/graph/transplant.hpp"
 
 #include <gtest/gtest.h>
 
@@ -23,8 +23,8 @@ State random_state(RandomStream& random) {
   return s;
 }
 
-Placement random_placement(RandomStream& random) {
-  Placement p;
+Transplant random_transplant(RandomStream& random) {
+  Transplant p;
   const Mat3 axes = rotation_exp(3.0 * random.unit_vector()).toRotationMatrix();
   p.element.proper = random.uniform() < 0.5;
   p.element.map = p.element.proper ? axes : Mat3(-axes);
@@ -38,19 +38,19 @@ double apart(const State& a, const State& b) {
                    (a.velocity - b.velocity).norm(), (a.angular_velocity - b.angular_velocity).norm()});
 }
 
-TEST(Placement, OneAfterAnotherIsOneAfterTheOther) {
+TEST(Transplant, OneAfterAnotherIsOneAfterTheOther) {
   RandomStream random(1, 0);
   for (int i = 0; i < 200; ++i) {
-    const Placement p = random_placement(random), q = random_placement(random);
+    const Transplant p = random_transplant(random), q = random_transplant(random);
     const State s = random_state(random);
     EXPECT_LT(apart(p.after(q).of(s), p.of(q.of(s))), 1e-12);  // products of a few rotations, speeds of 20
   }
 }
 
-TEST(Placement, TheGroundStaysTheGround) {
+TEST(Transplant, TheGroundStaysTheGround) {
   RandomStream random(2, 0);
   for (int i = 0; i < 100; ++i) {
-    const State s = random_state(random), t = random_placement(random).of(s);
+    const State s = random_state(random), t = random_transplant(random).of(s);
     EXPECT_EQ(t.position.z(), s.position.z());
     EXPECT_NEAR(t.velocity.z(), s.velocity.z(), 1e-14);
     EXPECT_NEAR(t.velocity.norm(), s.velocity.norm(), 1e-14);
@@ -64,7 +64,7 @@ TEST(Registration, NoTurnIsBetter) {
     const auto angle_at = [&](const Quat& turn) {
       return rotation_log(turn * from.orientation * to.orientation.conjugate()).norm();
     };
-    const Placement p = registration(from, to);
+    const Transplant p = registration(from, to);
     double best = 10.0;
     for (int a = 0; a < 3600; ++a) best = std::min(best, angle_at(about_z(a * std::numbers::pi / 1800.0)));
     EXPECT_LE(angle_at(p.turn), best + 1e-12);

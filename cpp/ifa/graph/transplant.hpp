@@ -6,7 +6,7 @@
 namespace ifa {
 
 // s -> shift + turn about z of the image of s under a symmetry element: another motion of the same body.
-struct Placement {
+struct Transplant {
   SymmetryElement element{Mat3::Identity(), true};
   Quat turn = Quat::Identity();
   Vec3 shift = Vec3::Zero();
@@ -14,11 +14,11 @@ struct Placement {
   State of(const State& s) const;
 
   // First `inner`, then this.
-  Placement after(const Placement& inner) const;
+  Transplant after(const Transplant& inner) const;
 };
 
 // The turn and shift that bring `from`'s pose nearest to that of `to` (paper section 5.3.1): the mass centres
 // above each other, the orientations as near as a turn about the vertical brings them.
-Placement registration(const State& from, const State& to);
+Transplant registration(const State& from, const State& to);
 
 }  // namespace ifa
