@@ -61,6 +61,8 @@ def _solve(options: argparse.Namespace) -> int:
                 marks,
                 **_search_options(options),
                 method=options.method,
+                database=options.database,
+                search=options.search,
                 takes=options.takes,
                 lead_in_s=options.lead_in,
                 progress=progress,
@@ -198,7 +200,9 @@ def _build(options: argparse.Namespace) -> int:
             **asked,
         )
         if options.check:
-            database.check(options.threads, progress)
+            database.check(options.threads)
+        if not options.nodes_only:
+            database.prepare(options.threads, progress)
         return database
 
     try:

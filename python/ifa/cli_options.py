@@ -40,7 +40,21 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
         help="write the motion to this .json file, further takes beside it (OUT.take2.json ...)",
     )
     _add_search(solve)
-    solve.add_argument("--method", choices=("forward", "graph"), default="forward")
+    solve.add_argument(
+        "--method",
+        choices=("forward", "graph"),
+        default="forward",
+        help="search forwards (default), or a database of the body, as the paper does",
+    )
+    solve.add_argument(
+        "--database", metavar="DIR", help="for --method graph: what ifa build has made of BODY"
+    )
+    solve.add_argument(
+        "--search",
+        choices=("exact", "branch_and_bound"),
+        default="exact",
+        help="for --method graph: the best path (default), or the paper's search",
+    )
     solve.add_argument(
         "--rung",
         type=int,
@@ -112,6 +126,11 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
         type=float,
         metavar="S",
         help="hits (of contact: flights) nearer than this are one event (default 0.01)",
+    )
+    build.add_argument(
+        "--nodes-only",
+        action="store_true",
+        help="leave the transitions, which searches need, to the first solve",
     )
     build.add_argument(
         "--check", action="store_true", help="read it all again and compare its checksums"

@@ -203,10 +203,11 @@ class Database:
     def prepare(
         self, threads: int | None = None, progress: _core.Progress | None = None
     ) -> Database:
-        """Make the transitions between its flights, which searches need, and keep them in the folder.
+        """Make the transitions between its flights, which searches need, and keep them.
 
-        Done once for a database, by the first solve at the latest; afterwards they are mapped. Where
-        the folder cannot be written to they are made for this object alone. Returns the database.
+        Done once for a database, by the first solve at the latest; afterwards they are mapped from
+        its folder. Where that cannot be written to they are made for this object alone. Returns the
+        database.
         """
         arguments.check_progress(progress)
         self._graph_for(0.0, arguments.threads(threads), progress)

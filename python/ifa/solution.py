@@ -184,6 +184,9 @@ class Solution:
     rung: int
     energy_gain_j: float = 0.0
     method: str = "forward"
+    #: Of method="graph": `kind`, the `score` of the path in the graph, before its splices were
+    #: connected, and the `bound` that no other path of the graph exceeds.
+    search: dict[str, Any] = field(default_factory=dict)
     #: How each constraint of the marks was met, in their order.
     constraints: tuple[ConstraintReport, ...] = ()
     #: Further takes: motions clearly different from this one and from one another, best first.
