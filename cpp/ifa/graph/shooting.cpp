@@ -70,7 +70,7 @@ Shooting shoot(const lanes::BodyView& body, const Quat& target, const Vec3& gues
   }
   shooting.outcome = Shot::converged;
   if (newton(body, target, shooting)) return shooting;
-  Shooting other{Shot::converged, other_guess, 0.0, shooting.iterations, 0.0, 0.0};
+  Shooting other{Shot::converged, other_guess, 0.0, shooting.iterations, 0.0};
   if (newton(body, target, other)) return other;
   Shooting best;
   for (const Vec3& start : {guess, other_guess}) {
