@@ -10,7 +10,7 @@ PY_SOURCES := python addon tests examples benchmarks
 TEST_PARTS := lint test-cpp test-python test-blender test-sanitized
 
 help:  ## list the targets
-	@awk -F ':|## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$NF }' $(MAKEFILE_LIST)
+	@awk -F ':|## ' '/^[a-z-]+:.*## / { printf "  make %-17s %s\n", $$1, $$NF }' $(MAKEFILE_LIST)
 
 deps:  ## install what is missing, by apt and into .venv
 	@scripts/install.sh build

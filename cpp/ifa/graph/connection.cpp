@@ -14,7 +14,7 @@ const char* why(Shot outcome) {
     case Shot::fold:
       return "the flight's spin cannot be continued to the target: there is a fold before it";
     case Shot::too_fast:
-      return "the flight would turn by more than 10,000 rad";
+      return "the flight would turn by more than 1,000 rad";
     case Shot::stalled:
       return "the flight's spin could not be followed to the target";
   }

@@ -18,11 +18,13 @@ struct Shooting {
   double fold_at = 0.0;          // where the outcome is a fold: the share of the way at which it lies
 };
 
-inline constexpr double kShootingTolerance_rad = 1e-10;
+// So that 1e-10 holds with the rounding of such a flight.
+inline constexpr double kShootingTolerance_rad = 5e-11;
 
 // A spin near `guess_rad` that turns the body by `target`. Newton's method on the rotation vector from the
 // target to where the flight ends, from the guess, and where that does not converge from `other_guess_rad`,
-// the spin of a flight that is known to end near the target; then continuation, likewise.
+// the spin of a flight that is known to end near the target; then continuation, likewise. A fold is what none
+// of these passes and one of the two curves is certified to have.
 //
 // Many spins end there, with more or fewer windings. It is one that a guess leads to while the end is turned
 // into the target along the shortest arc: steps are bounded and the error may only shrink, so that it never
