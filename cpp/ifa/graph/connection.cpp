@@ -9,10 +9,14 @@ namespace one = lanes_scalar;
 
 const char* why(Shot outcome) {
   switch (outcome) {
-    case Shot::converged: return "the flight ends at the target";
-    case Shot::fold: return "the flight's spin cannot be continued to the target: there is a fold before it";
-    case Shot::too_fast: return "the flight would turn by more than 10,000 rad";
-    case Shot::stalled: return "the flight's spin could not be followed to the target";
+    case Shot::converged:
+      return "the flight ends at the target";
+    case Shot::fold:
+      return "the flight's spin cannot be continued to the target: there is a fold before it";
+    case Shot::too_fast:
+      return "the flight would turn by more than 1,000 rad";
+    case Shot::stalled:
+      return "the flight's spin could not be followed to the target";
   }
   return "";
 }

@@ -65,12 +65,12 @@ Shooting shoot(const lanes::BodyView& body, const Quat& target, const Vec3& gues
   }
   if (!(guess.norm() <= kMostSpin_rad) || !(other_guess.norm() <= kMostSpin_rad)) {
     shooting.outcome = Shot::too_fast;
-    shooting.error_rad = rotation_log(target.conjugate() * turn_of(body, guess).rotation).norm();
+    shooting.error_rad = std::numbers::pi;  // at most: to fly it would take long
     return shooting;
   }
   shooting.outcome = Shot::converged;
   if (newton(body, target, shooting)) return shooting;
-  Shooting other{Shot::converged, other_guess, 0.0, shooting.iterations, 0.0, 0.0};
+  Shooting other{Shot::converged, other_guess, 0.0, shooting.iterations, 0.0};
   if (newton(body, target, other)) return other;
   Shooting best;
   for (const Vec3& start : {guess, other_guess}) {

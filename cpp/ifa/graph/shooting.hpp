@@ -15,28 +15,30 @@ struct Shooting {
   Vec3 spin_rad = Vec3::Zero();  // where it has not converged: the nearest that was found
   double error_rad = 0.0;        // angle between the end and the target
   int iterations = 0;            // of Newton's method; of the continuation: its steps
-  // Where the outcome is a fold: the share of the way at which it lies, and the least singular value of the
-  // slope there.
-  double fold_at = 0.0, fold_slope = 0.0;
+  double fold_at = 0.0;          // where the outcome is a fold: the share of the way at which it lies
 };
 
-inline constexpr double kShootingTolerance_rad = 1e-10;
+// So that 1e-10 holds with the rounding of such a flight.
+inline constexpr double kShootingTolerance_rad = 5e-11;
 
-// The spin near `guess_rad` that turns the body by `target`. Newton's method on the rotation vector from the
-// target to where the flight ends, and where that does not converge, continuation.
+// A spin near `guess_rad` that turns the body by `target`. Newton's method on the rotation vector from the
+// target to where the flight ends, from the guess, and where that does not converge from `other_guess_rad`,
+// the spin of a flight that is known to end near the target; then continuation, likewise. A fold is what none
+// of these passes and one of the two curves is certified to have.
 //
-// Of the many spins that end there (windings) it is the one that the guess leads to while the end is turned
+// Many spins end there, with more or fewer windings. It is one that a guess leads to while the end is turned
 // into the target along the shortest arc: steps are bounded and the error may only shrink, so that it never
 // passes pi, where its branch would change.
 Shooting shoot(const lanes::BodyView& body, const Quat& target, const Vec3& guess_rad,
                const Vec3& other_guess_rad);
 
 // Follows the spin from `start_rad` while the target moves, along the shortest arc, from where that spin ends
-// (0) to `target` (1), by pseudo-arclength: the curve (spin, share of the way) can be followed around where
-// the share turns back. There, at a fold, two spins merge and none continues the guess's: the slope is
-// singular. A fold is certified by two points of the curve, each exact to 1e-11 rad and 1e-6 apart or less,
-// between which the determinant of the slope changes its sign, before the share 1. That is a numerical
-// certificate: it says that this curve ends before the target, not that no other spin reaches it.
+// (0) to `target` (1), by pseudo-arclength (Keller 1977): so the curve (spin, share of the way) can be
+// followed around where the share turns back. There, at a fold, two spins merge, the slope is singular, and
+// no spin continues the guess's. A fold is certified by three successive points of the curve, each exact to
+// 1e-11 rad: the share of the middle one is less than 1, and beyond that of the other two by more than 100
+// times their error. That is numerical, not a proof; and it says that the curve ends before the target, not
+// that no other spin reaches it.
 Shooting follow(const lanes::BodyView& body, const Quat& target, const Vec3& start_rad);
 
 }  // namespace ifa

@@ -11,7 +11,7 @@ namespace ifa {
 // Principal axes, those at the start or at the end of the flight.
 struct Turn {
   Quat rotation = Quat::Identity();  // R(0)^T R(1)
-  Vec3 spin_rad = Vec3::Zero();        // at the end
+  Vec3 spin_rad = Vec3::Zero();      // at the end
   // By how much the end turns, in its axes, for each component of the spin at the start.
   Mat3 slope = Mat3::Zero();
 };
