@@ -1,16 +1,16 @@
 # Everything a contributor or CI runs. `make` lists it.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help deps build demo test lint test-cpp test-python test-blender test-sanitized hard-cases bench bench-physics sanitize format clean
+.PHONY: help deps build demo test lint test-cpp test-python test-blender test-sanitized hard-cases bench bench-physics bench-connections sanitize format clean
 
 PY := .venv/bin/python
 CMAKE_DIR := build/cmake
 CXX_SOURCES = $(shell find cpp tests/cpp benchmarks -name '*.cpp' -o -name '*.hpp')
-PY_SOURCES := python addon tests examples benchmarks
+PY_SOURCES := python addon tests examples benchmarks docs
 TEST_PARTS := lint test-cpp test-python test-blender test-sanitized
 
 help:  ## list the targets
-	@awk -F ':|## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$NF }' $(MAKEFILE_LIST)
+	@awk -F ':|## ' '/^[a-z-]+:.*## / { printf "  make %-17s %s\n", $$1, $$NF }' $(MAKEFILE_LIST)
 
 deps:  ## install what is missing, by apt and into .venv
 	@scripts/install.sh build
@@ -76,6 +76,12 @@ bench-physics: build  ## compare the engines with Bullet and MuJoCo (ARGS="--qui
 	@cmake --build $(BENCH_DIR) --target physics_peers
 	@$(BENCH_DIR)/benchmarks/physics/flight_cost | tee $(BENCH_DIR)/flight_cost.csv
 	@$(PY) -m benchmarks.physics $(ARGS)
+
+bench-connections: deps  ## compare motion connections with the paper's scheme, in minutes
+	@cmake -S . -B $(BENCH_DIR) -G Ninja -DCMAKE_BUILD_TYPE=Release -DIFA_BUILD_PYTHON=OFF \
+	  -DIFA_BUILD_CONNECTIONS=ON -DIFA_WARNINGS_AS_ERRORS=ON >/dev/null
+	@cmake --build $(BENCH_DIR) --target connections
+	@$(BENCH_DIR)/benchmarks/connections/connections $(BENCH_DIR)/connections.csv
 
 # The part of `make sanitize` that CI has time for: the engines, under the address and undefined-behaviour sanitizers.
 test-sanitized: deps  ## run the C++ tests of the engines under two sanitizers

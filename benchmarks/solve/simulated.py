@@ -18,6 +18,8 @@ STARTS_SEED = 771_100_000  # one more for each body; the solver's is 0 unless to
 ROLLS_SEED = 772_200_000
 NUDGES_SEED = 773_300_000
 
+# One solid piece each: what `real` makes of them has its mass spread evenly, as they have.
+BODIES = ("d4", "d6", "d8", "d10", "d12", "d20", "ball", "coin", "eraser", "card")
 THROWS = 50  # of each body
 MOST_DRAWS = 1000  # for a throw that is heard, or one that rolls long enough
 RESTITUTION_OFF, SHAPE_OFF = 0.10, 0.03
@@ -63,11 +65,11 @@ def real(body: ifa.Body, k: int) -> ifa.Body:
 
 
 def simulated(limit: int | None = None) -> list[Case]:
-    """Throws of the library's bodies to rest, heard; solved with the nominal body.
+    """Throws of ten of the library's bodies to rest, heard; solved with the nominal body.
 
     limit: so many of them, as `spread` picks them; simulating the rest would take a while.
     """
-    throws = [(b, name, i) for b, name in enumerate(ifa.bodies.names()) for i in range(THROWS)]
+    throws = [(b, name, i) for b, name in enumerate(BODIES) for i in range(THROWS)]
     return [
         Case(
             f"{name}_{i:02}",

@@ -84,8 +84,10 @@ void bind_rigid(py::module_& m);
 void bind_batch(py::module_& m);
 void bind_signature(py::module_& m);
 void bind_motion(py::module_& m);
+void bind_solution(py::module_& m);
 void bind_forward(py::module_& m);
 void bind_explain(py::module_& m);
+void bind_graph(py::module_& m);
 void bind_verify(py::module_& m);
 
 }  // namespace ifa::bindings

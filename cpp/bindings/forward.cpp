@@ -4,59 +4,12 @@
 
 #include <optional>
 
-#include "bindings.hpp"
 #include "ifa/base/message.hpp"
 #include "ifa/forward/estimate.hpp"
+#include "solution.hpp"
 
 namespace ifa::bindings {
 namespace {
-
-py::dict from_factors(const Factors& f) {
-  py::dict d;
-  d["velocity"] = f.velocity;
-  d["orientation"] = f.orientation;
-  d["time"] = f.time;
-  d["amplitude"] = f.amplitude;
-  d["length"] = f.length;
-  d["centroid"] = f.centroid;
-  return d;
-}
-
-py::dict from_solution(const Solution& s) {
-  py::list events;
-  for (const EventReport& e : s.events) {
-    py::dict d;
-    d["target_s"] = e.target_s;
-    d["achieved_s"] = e.achieved_s;
-    d["error_s"] = e.error_s;
-    d["error_retimed_s"] = e.error_retimed_s;
-    d["retime"] = e.retime;
-    d["excess"] = e.excess;
-    d["factors"] = from_factors(e.factors);
-    events.append(d);
-  }
-  py::dict d;
-  d["motion"] = std::const_pointer_cast<Motion>(s.motion);
-  d["score"] = s.score;
-  d["score_without_sound"] = s.score_without_sound;
-  d["succeeded"] = s.succeeded;
-  d["plausible"] = s.plausible;
-  d["events"] = events;
-  d["max_abs_error_s"] = s.max_abs_error_s;
-  d["missed_hits"] = s.missed_hits;
-  d["extra_hits"] = s.extra_hits;
-  d["max_penetration_m"] = s.max_penetration_m;
-  d["max_energy_gain_j"] = s.max_energy_gain_j;
-  d["simulated_s"] = s.simulated_s;
-  d["restitution"] = s.restitution;
-  d["friction"] = s.friction;
-  d["rung"] = s.rung;
-  py::list others;
-  for (const Solution& other : s.others) others.append(from_solution(other));
-  d["others"] = others;
-  d["kept"] = std::const_pointer_cast<KeptSearch>(s.kept);
-  return d;
-}
 
 py::tuple from_range(const Range& range) { return py::make_tuple(range.least, range.most); }
 
@@ -102,8 +55,6 @@ py::dict from_estimate(const Estimate& e, const Marks& marks) {
 }  // namespace
 
 void bind_forward(py::module_& m) {
-  auto& no_motion = py::register_exception<NoMotionError>(m, "NoMotionError", m.attr("IfaError"));
-  no_motion.doc() = "There is no motion to show: no first contact was found for this body and these marks.";
   m.attr("RUNGS") = rung_count();
   m.attr("CLEARLY_DIFFERENT") = kClearlyDifferent;
   py::class_<KeptSearch, std::shared_ptr<KeptSearch>>(m, "KeptSearch", "What a solve keeps for another one.");

@@ -9,7 +9,9 @@ PYBIND11_MODULE(_core, m) {
   ifa::bindings::bind_batch(m);
   ifa::bindings::bind_signature(m);
   ifa::bindings::bind_motion(m);
+  ifa::bindings::bind_solution(m);
   ifa::bindings::bind_forward(m);
   ifa::bindings::bind_explain(m);
+  ifa::bindings::bind_graph(m);
   ifa::bindings::bind_verify(m);
 }

@@ -1,8 +1,11 @@
 // Marks: the contact-time signature of a sound, or of a simulated run.
 #include "ifa/signature/marks.hpp"
 
+#include <array>
 #include <limits>
 #include <optional>
+#include <tuple>
+#include <utility>
 
 #include "bindings.hpp"
 #include "ifa/signature/signature_of.hpp"
@@ -16,9 +19,41 @@ Ending to_ending(const std::string& text) {
   throw ArgumentError("ending: must be \"rest\" or \"open\", got \"" + text + "\"");
 }
 
+// (mark, position (2,)) and (mark, body direction (3,), direction (3,)); the mark None is rest.
+using Positions = std::vector<std::pair<std::size_t, std::array<double, 2>>>;
+using Orientations =
+    std::vector<std::tuple<std::optional<std::size_t>, std::array<double, 3>, std::array<double, 3>>>;
+
+Constraints to_constraints(const Positions& positions, const Orientations& orientations) {
+  const auto vec3 = [](const std::array<double, 3>& v) { return Vec3(v[0], v[1], v[2]); };
+  Constraints c;
+  for (const auto& [mark, at] : positions) c.positions.push_back({mark, {at[0], at[1]}});
+  for (const auto& [mark, body, world] : orientations)
+    c.orientations.push_back({mark.value_or(kAtRest), vec3(body), vec3(world)});
+  return c;
+}
+
+Positions from_positions(const Constraints& constraints) {
+  Positions out;
+  for (const PositionConstraint& c : constraints.positions)
+    out.push_back({c.mark, {c.position_m.x(), c.position_m.y()}});
+  return out;
+}
+
+Orientations from_orientations(const Constraints& constraints) {
+  const auto array = [](const Vec3& v) { return std::array{v.x(), v.y(), v.z()}; };
+  Orientations out;
+  for (const OrientationConstraint& c : constraints.orientations) {
+    const auto mark = c.mark == kAtRest ? std::optional<std::size_t>() : c.mark;
+    out.push_back({mark, array(c.body_direction), array(c.direction)});
+  }
+  return out;
+}
+
 Marks make_marks(const Array& times_s, const std::optional<Array>& durations_s,
                  const std::optional<Array>& amplitudes, const std::optional<Array>& centroids_s,
-                 const std::string& ending, double merge_gap_s) {
+                 const std::string& ending, double merge_gap_s, const Positions& positions,
+                 const Orientations& orientations) {
   Marks marks;
   marks.times_s = to_vector(times_s, "times_s");
   const std::size_t n = marks.size();
@@ -31,6 +66,7 @@ Marks make_marks(const Array& times_s, const std::optional<Array>& durations_s,
   marks.centroids_s = centroids_s ? to_vector(*centroids_s, "centroids_s")
                                   : std::vector<double>(n, std::numeric_limits<double>::quiet_NaN());
   marks.ending = to_ending(ending);
+  marks.constraints = to_constraints(positions, orientations);
   validate(marks, merge_gap_s);
   return marks;
 }
@@ -59,7 +95,8 @@ void bind_signature(py::module_& m) {
   py::class_<Marks>(m, "Marks", "The marks as the core holds them; `ifa.Signature` is the documented face.")
       .def(py::init(&make_marks), py::arg("times_s"), py::arg("durations_s") = py::none(),
            py::arg("amplitudes") = py::none(), py::arg("centroids_s") = py::none(),
-           py::arg("ending") = "rest", py::arg("merge_gap_s") = kMergeGap_s)
+           py::arg("ending") = "rest", py::arg("merge_gap_s") = kMergeGap_s,
+           py::arg("positions") = Positions{}, py::arg("orientations") = Orientations{})
       .def("__len__", &Marks::size)
       .def_property_readonly("times_s", [](const Marks& marks) { return from_vector(marks.times_s); })
       .def_property_readonly("durations_s", [](const Marks& marks) { return from_vector(marks.durations_s); })
@@ -69,6 +106,10 @@ void bind_signature(py::module_& m) {
                                return from_vector(marks.amplitudes);
                              })
       .def_property_readonly("centroids_s", [](const Marks& marks) { return from_vector(marks.centroids_s); })
+      .def_property_readonly("positions",
+                             [](const Marks& marks) { return from_positions(marks.constraints); })
+      .def_property_readonly("orientations",
+                             [](const Marks& marks) { return from_orientations(marks.constraints); })
       .def_property_readonly(
           "ending", [](const Marks& marks) { return marks.ending == Ending::rest ? "rest" : "open"; });
 

@@ -1,4 +1,4 @@
-// Conversion of states and hits, shared by the bindings of rigid, motion and forward.
+// Conversion of states and hits, shared by the bindings.
 #pragma once
 
 #include "bindings.hpp"

@@ -22,10 +22,13 @@ from ifa._core import (
     IfaValueError,
     NoMotionError,
     Progress,
+    ReplayError,
     __version__,
 )
 from ifa.batch import Batch, SampleStatus, instruction_sets, sample_states, simulate_batch
 from ifa.body import Body, MeshWarning
+from ifa.constraints import ConstraintReport, Orientation, Position
+from ifa.database import Database
 from ifa.estimation import Estimate, Finding, Gap, estimate
 from ifa.explanation import Conflict, Explanation, Repair, explain
 from ifa.marks import Signature
@@ -42,6 +45,8 @@ __all__ = [
     "Cancelled",
     "Certificate",
     "Conflict",
+    "ConstraintReport",
+    "Database",
     "Estimate",
     "Event",
     "Explanation",
@@ -54,8 +59,11 @@ __all__ = [
     "MeshWarning",
     "Motion",
     "NoMotionError",
+    "Orientation",
+    "Position",
     "Progress",
     "Repair",
+    "ReplayError",
     "Run",
     "SampleStatus",
     "Signature",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import IntEnum
 from itertools import combinations
@@ -18,6 +18,11 @@ from ifa.simulation import GRAVITY_M_S2, Hits, State, gravity_vector, state_arra
 
 _HITS = 64
 _MOST_SAMPLES = 2**31 - 1
+_SAMPLING: dict[str, Any] = {
+    "cone_rad": np.pi / 6.0,
+    "speed_m_s": (0.5, 4.0),
+    "spin_rad_s": (0.0, 20.0),
+}  # the paper's, section 5.1
 _MOST_HITS = 100_000  # the engine stops a run there
 
 
@@ -104,9 +109,9 @@ def sample_states(
     seed: int = 0,
     first: int = 0,
     *,
-    cone_rad: float = np.pi / 6.0,
-    speed_m_s: tuple[float, float] = (0.5, 4.0),
-    spin_rad_s: tuple[float, float] = (0.0, 20.0),
+    cone_rad: float = _SAMPLING["cone_rad"],
+    speed_m_s: tuple[float, float] = _SAMPLING["speed_m_s"],
+    spin_rad_s: tuple[float, float] = _SAMPLING["spin_rad_s"],
     threads: int | None = None,
 ) -> State:
     """Random states just before a contact (paper section 5.1), a State with n rows.
@@ -120,21 +125,31 @@ def sample_states(
     if not isinstance(body, Body):
         raise IfaValueError("body: needs an ifa.Body")
     n = arguments.whole(n, "n", _MOST_SAMPLES)
-    cone = arguments.number(cone_rad, "cone_rad")
-    if not 0.0 <= cone <= np.pi / 2.0:
-        raise IfaValueError(f"cone_rad: must be from 0 to pi/2, got {cone:g}")
     return State(
         *_core.sample_states(
             body._core,
             n,
             seed=arguments.whole(seed, "seed", 2**64 - 1),
             first=arguments.whole(first, "first", 2**64 - max(n, 1)),
-            cone_rad=cone,
-            speed_m_s=_range(speed_m_s, "speed_m_s"),
-            spin_rad_s=_range(spin_rad_s, "spin_rad_s"),
+            **sampling_options(
+                {"cone_rad": cone_rad, "speed_m_s": speed_m_s, "spin_rad_s": spin_rad_s}
+            ),
             threads=arguments.threads(threads),
         )
     )
+
+
+def sampling_options(given: Mapping[str, Any] | None) -> dict[str, Any]:
+    """`cone_rad`, `speed_m_s` and `spin_rad_s`, checked; those of `sample_states` where absent."""
+    if given is not None and not isinstance(given, Mapping):
+        raise IfaValueError(f"sampling: needs a mapping or None, got {given!r}")
+    options = {**_SAMPLING, **(given or {})}
+    arguments.only_known(options, _SAMPLING)
+    cone = arguments.number(options["cone_rad"], "cone_rad")
+    if not 0.0 <= cone <= np.pi / 2.0:
+        raise IfaValueError(f"cone_rad: must be from 0 to pi/2, got {cone:g}")
+    ranges = {name: _range(options[name], name) for name in ("speed_m_s", "spin_rad_s")}
+    return {"cone_rad": cone, **ranges}
 
 
 def instruction_sets() -> tuple[str, ...]:

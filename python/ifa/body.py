@@ -441,13 +441,21 @@ class Body:
         arguments = {**fields, **{key: number(fields[key], key) for key in _NUMBERS}}
         if not np.isfinite(centre).all():
             raise IfaValueError("centre_of_mass_m: must be finite")
-        body = object.__new__(cls)
-        body._core = _core.Body(centre_of_mass_m=np.zeros(3), **arguments)
-        body._vertices_m = _frozen(body._core.vertices_m)
-        body._rings_m = _frozen(body._core.rings_m)
+        body = cls._of(_core.Body(centre_of_mass_m=np.zeros(3), **arguments))
         body._centre_of_mass_m = _frozen(np.array(centre))
-        body._outline_m = body._triangles = None
         body._notes = tuple(notes)
+        return body
+
+    @classmethod
+    def _of(cls, core: Any) -> Body:
+        """A body of the core's, whose centre of mass is its origin."""
+        body = object.__new__(cls)
+        body._core = core
+        body._vertices_m = _frozen(core.vertices_m)
+        body._rings_m = _frozen(core.rings_m)
+        body._centre_of_mass_m = _frozen(np.zeros(3))
+        body._outline_m = body._triangles = None
+        body._notes = ()
         return body
 
     @classmethod

@@ -1,4 +1,4 @@
-"""The command line: `ifa solve`, `ifa explain`, `ifa estimate`, `ifa verify`, `ifa bodies`.
+"""The command line: `ifa solve`, `explain`, `estimate`, `build`, `verify` and `bodies`.
 
 Exit codes: 0 done, 2 bad input, 3 no acceptable motion (the best one is still written, unless not
 even a first contact was found) or no repair that works, 4 cancelled. With `--json` stdout holds one
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import sys
 from collections.abc import Sequence
@@ -19,7 +20,7 @@ import ifa
 from ifa import arguments, report
 from ifa.cli_options import BAD_INPUT, MESH_ENDINGS, command_parser
 from ifa.marks import Ending
-from ifa.meter import watched
+from ifa.meter import BuildMeter, watched
 from ifa.solving import MOST_TAKES
 from ifa.text_files import write_text
 
@@ -60,6 +61,8 @@ def _solve(options: argparse.Namespace) -> int:
                 marks,
                 **_search_options(options),
                 method=options.method,
+                database=options.database,
+                search=options.search,
                 takes=options.takes,
                 lead_in_s=options.lead_in,
                 progress=progress,
@@ -176,6 +179,45 @@ def _estimate(options: argparse.Namespace) -> int:
     return DONE
 
 
+def _build(options: argparse.Namespace) -> int:
+    body = _body(options)
+    asked: dict[str, Any] = {}
+    if options.cone is not None:
+        asked["sampling"] = {"cone_rad": math.radians(options.cone)}
+    if options.merge_gap is not None:
+        asked["merge_gap_s"] = options.merge_gap
+    progress = ifa.Progress()
+
+    def build() -> ifa.Database:
+        database = ifa.Database.build(
+            body,
+            options.out,
+            options.simulations,
+            options.seed,
+            threads=options.threads,
+            events=options.events,
+            progress=progress,
+            **asked,
+        )
+        if options.check:
+            database.check(options.threads)
+        if not options.nodes_only:
+            database.prepare(options.threads, progress)
+        return database
+
+    try:
+        database = watched(build, progress, BuildMeter(sys.stderr, options.simulations))
+    except ifa.Cancelled:
+        _say("cancelled: the same command goes on from here")
+        return CANCELLED
+    content = database.to_dict()
+    if options.json:
+        _print_json(content)
+    else:
+        print(report.database_text(content, checked=options.check))
+    return DONE
+
+
 def _verify(options: argparse.Namespace) -> int:
     ending = options.ending
     if ending is None and Path(options.marks).suffix.lower() != ".json":
@@ -280,6 +322,7 @@ _VERBS = {
     "solve": _solve,
     "explain": _explain,
     "estimate": _estimate,
+    "build": _build,
     "verify": _verify,
     "bodies": _bodies,
 }

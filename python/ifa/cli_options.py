@@ -40,7 +40,21 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
         help="write the motion to this .json file, further takes beside it (OUT.take2.json ...)",
     )
     _add_search(solve)
-    solve.add_argument("--method", choices=("forward", "graph"), default="forward")
+    solve.add_argument(
+        "--method",
+        choices=("forward", "graph"),
+        default="forward",
+        help="search forwards (default), or a database of the body, as the paper does",
+    )
+    solve.add_argument(
+        "--database", metavar="DIR", help="for --method graph: what ifa build has made of BODY"
+    )
+    solve.add_argument(
+        "--search",
+        choices=("exact", "branch_and_bound"),
+        default="exact",
+        help="for --method graph: the best path (default), or the paper's search",
+    )
     solve.add_argument(
         "--rung",
         type=int,
@@ -82,6 +96,47 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
     _add_ending(estimate)
     _add_json(estimate)
     estimate.set_defaults(run=verbs["estimate"])
+
+    build = subparsers.add_parser(
+        "build", help="simulate a body many times into a database; goes on with one begun before"
+    )
+    _add_body(build)
+    build.add_argument(
+        "-o", "--out", metavar="DIR", required=True, help="the folder of the database"
+    )
+    build.add_argument(
+        "--simulations", type=int, default=100_000, metavar="N", help="how many (default 100000)"
+    )
+    build.add_argument("--seed", type=int, default=0, metavar="N", help="of the random starts")
+    build.add_argument("--threads", type=int, metavar="N", help="default: one for each core")
+    build.add_argument(
+        "--events",
+        choices=("audible", "contact"),
+        default="audible",
+        help="what an event is: audible hits (default), or an interval of contact",
+    )
+    build.add_argument(
+        "--cone",
+        type=float,
+        metavar="DEG",
+        help="of first velocities about straight down (default 30; 80 suit bodies that roll)",
+    )
+    build.add_argument(
+        "--merge-gap",
+        type=float,
+        metavar="S",
+        help="hits (of contact: flights) nearer than this are one event (default 0.01)",
+    )
+    build.add_argument(
+        "--nodes-only",
+        action="store_true",
+        help="leave the transitions, which searches need, to the first solve",
+    )
+    build.add_argument(
+        "--check", action="store_true", help="read it all again and compare its checksums"
+    )
+    _add_json(build)
+    build.set_defaults(run=verbs["build"])
 
     verify = subparsers.add_parser("verify", help="check a motion again, from its poses alone")
     verify.add_argument("motion", metavar="MOTION", help="what ifa solve -o wrote")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ifa import _core, arguments
+from ifa import _core, arguments, constraints
 from ifa._core import IfaValueError
 from ifa.body import Body
 from ifa.marks import Signature
@@ -190,6 +190,7 @@ def explain(
             new.centroids_s,
             new.ending,
             merge_gap_s=marks._merge_gap_s,
+            constraints=constraints.from_core(new),
         )
         repairs.append(
             Repair(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
+from ifa import constraints
 from ifa._core import IfaFileError, IfaValueError
 
 _ROUNDING_S = 1e-9  # 0.76 - 0.75 is a hair off 0.01
@@ -38,14 +39,18 @@ def read_marks(name: str, merge_gap_s: float) -> MarkFile:
 
 def fields_of(marks: Any) -> dict[str, Any]:
     """Turn what `Signature.to_dict` gives into the arguments of `Signature`."""
-    _check_keys(marks, "marks", required={"events"}, optional={"ending"})
+    _check_keys(marks, "marks", required={"events"}, optional={"ending", "rest_orientation"})
     events = marks["events"]
     if not isinstance(events, list):
         raise IfaValueError("events: must be a list")
+    asked: list[constraints.Constraint] = []
     for k, event in enumerate(events, start=1):
-        optional = {"duration_s", "amplitude", "centroid_s"}
+        optional = {"duration_s", "amplitude", "centroid_s", "position_m", "orientation"}
         _check_keys(event, f"mark {k}", required={"time_s"}, optional=optional)
+        asked += constraints.from_fields(event, k - 1, f"mark {k}")
         for key, value in event.items():
+            if key in ("position_m", "orientation"):
+                continue
             if value is None and key in ("amplitude", "centroid_s"):
                 continue
             if isinstance(value, bool) or not isinstance(value, int | float):
@@ -61,6 +66,7 @@ def fields_of(marks: Any) -> dict[str, Any]:
         "amplitudes": [event["amplitude"] for event in events] if any(with_amplitude) else None,
         "centroids_s": [float("nan") if c is None else c for c in centroids_s],
         "ending": marks.get("ending", "rest"),
+        "constraints": [*asked, *constraints.from_fields(marks, "rest", "rest")],
     }
 
 

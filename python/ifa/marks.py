@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, Self
 
@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ifa import _core
+from ifa import constraints as poses
 from ifa._core import IfaValueError
 from ifa.arguments import array, number, positive
+from ifa.constraints import Constraint
 from ifa.mark_files import fields_of, read_marks
 from ifa.simulation import Run
 from ifa.sound import FilePath, file_name
@@ -50,10 +52,14 @@ class Signature:
         ending: "rest": the body comes to rest after the last mark without a further hit; "open":
             anything may follow.
         merge_gap_s: Marks closer than this, start to start, are an error.
+        constraints: `ifa.Orientation` and `ifa.Position`: how the body shall lie, and where, at
+            some of the marks or at rest.
 
     Raises:
         IfaValueError: No marks, marks out of order or too close, a mark inside the span of the one
-            before, negative or not finite values, a centroid outside its span.
+            before, negative or not finite values, a centroid outside its span; a constraint of a
+            mark that is not there, two positions of one mark, an orientation at rest without the
+            ending "rest".
 
     Example:
         >>> marks = Signature([0.357, 0.486, 0.76], durations_s=[0, 0, 0.2])
@@ -64,6 +70,7 @@ class Signature:
     __slots__ = (
         "_amplitudes",
         "_centroids_s",
+        "_constraints",
         "_durations_s",
         "_marks",
         "_merge_gap_s",
@@ -79,6 +86,7 @@ class Signature:
         ending: Ending = "rest",
         *,
         merge_gap_s: float = MERGE_GAP_S,
+        constraints: Sequence[Constraint] = (),
     ) -> None:
         def optional(values: ArrayLike | None, field: str) -> NDArray[np.float64] | None:
             return None if values is None else array(values, field, (None,))
@@ -92,7 +100,9 @@ class Signature:
             optional(centroids_s, "centroids_s"),
             ending,
             self._merge_gap_s,
+            **poses.for_core(poses.sequence(constraints)),
         )
+        self._constraints = poses.from_core(marks)
         self._marks = marks  # what the core's functions take
         self._times_s = _read_only(marks.times_s)
         self._durations_s = _read_only(marks.durations_s)
@@ -124,6 +134,26 @@ class Signature:
         """What follows the last mark, "rest" or "open"."""
         ending: Ending = self._marks.ending
         return ending
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """Orientations and positions that are asked, by mark, those at rest last."""
+        return self._constraints
+
+    def with_constraints(self, constraints: Sequence[Constraint]) -> Self:
+        """These marks with these constraints beside their own.
+
+        Raises IfaValueError as the class does.
+        """
+        return type(self)(
+            self._times_s,
+            self._durations_s,
+            self._amplitudes,
+            self._centroids_s,
+            self.ending,
+            merge_gap_s=self._merge_gap_s,
+            constraints=[*self._constraints, *poses.sequence(constraints)],
+        )
 
     @classmethod
     def read(
@@ -221,7 +251,8 @@ class Signature:
     def from_dict(cls, marks: dict[str, Any], *, merge_gap_s: float = MERGE_GAP_S) -> Self:
         """The inverse of `to_dict`.
 
-        Only `time_s` is required of an event, and amplitudes are given for all events or none.
+        Only `time_s` is required of an event, and amplitudes are given for all events or none. An
+        orientation's `direction` may be left out: up.
 
         Raises:
             IfaValueError: A key is unknown or missing, a value no number, or the marks not valid.
@@ -231,7 +262,10 @@ class Signature:
     def to_dict(self) -> dict[str, Any]:
         """The marks as plain Python values: `events`, one dictionary for each mark, and `ending`.
 
-        An event has `time_s`, `duration_s`, `amplitude` and `centroid_s`; None where unknown.
+        An event has `time_s`, `duration_s`, `amplitude` and `centroid_s`; None where unknown. Where
+        constraints ask for it, it also has `position_m`, [x, y], and `orientation`, an object with
+        `body_direction` and `direction` (or a list of them); what is asked at rest is
+        `rest_orientation`, beside `events`.
         """
         amplitudes = [None] * len(self) if self._amplitudes is None else self._amplitudes.tolist()
         centroids = [None if np.isnan(c) else c for c in self._centroids_s.tolist()]
@@ -239,9 +273,14 @@ class Signature:
             self._times_s.tolist(), self._durations_s.tolist(), amplitudes, centroids, strict=True
         )
         keys = ("time_s", "duration_s", "amplitude", "centroid_s")
+        asked = self._constraints
         return {
-            "events": [dict(zip(keys, row, strict=True)) for row in rows],
+            "events": [
+                dict(zip(keys, row, strict=True)) | poses.to_fields(asked, k)
+                for k, row in enumerate(rows)
+            ],
             "ending": self.ending,
+            **poses.to_fields(asked, "rest"),
         }
 
     def write(self, path: FilePath) -> None:
@@ -256,8 +295,10 @@ class Signature:
         name = file_name(path)
         if Path(name).suffix.lower() != ".json":
             raise IfaValueError(f"{name}: marks are written as JSON, so its name must end in .json")
-        events = ",\n".join("    " + json.dumps(event) for event in self.to_dict()["events"])
-        text = f'{{\n  "events": [\n{events}\n  ],\n  "ending": "{self.ending}"\n}}\n'
+        content = self.to_dict()
+        events = ",\n".join("    " + json.dumps(event) for event in content.pop("events"))
+        others = ",\n".join(f'  "{key}": {json.dumps(value)}' for key, value in content.items())
+        text = f'{{\n  "events": [\n{events}\n  ],\n{others}\n}}\n'
         write_text(name, text)
 
     def with_sound(self, path: FilePath) -> Self:
@@ -283,6 +324,7 @@ class Signature:
             centroids_s,
             self.ending,
             merge_gap_s=self._merge_gap_s,
+            constraints=self._constraints,
         )
 
     def __len__(self) -> int:
@@ -290,10 +332,11 @@ class Signature:
 
     def __repr__(self) -> str:
         spans = int(np.count_nonzero(self._durations_s))
+        asked = f", {len(self._constraints)} constraints" if self._constraints else ""
         return (
             f"<Signature: {len(self)} marks ({spans} with a duration) from {self._times_s[0]:g} s "
             f'to {self._times_s[-1]:g} s, ending "{self.ending}", '
-            f"{'without' if self._amplitudes is None else 'with'} amplitudes>"
+            f"{'without' if self._amplitudes is None else 'with'} amplitudes{asked}>"
         )
 
     def __eq__(self, other: object) -> bool:
@@ -306,8 +349,9 @@ class Signature:
         return _rebuilt, (type(self), self.to_dict(), self._merge_gap_s)
 
     def _key(self) -> tuple[Any, ...]:
-        rows = (tuple(event.values()) for event in self.to_dict()["events"])
-        return (*rows, self.ending)
+        keys = ("time_s", "duration_s", "amplitude", "centroid_s")
+        rows = (tuple(event[key] for key in keys) for event in self.to_dict()["events"])
+        return (*rows, self.ending, *self._constraints)
 
 
 def _check_ending(ending: object) -> None:

@@ -16,7 +16,9 @@ _POLL_S = 0.05
 Result = TypeVar("Result")
 
 
-def watched(work: Callable[[], Result], progress: ifa.Progress) -> Result:
+def watched(
+    work: Callable[[], Result], progress: ifa.Progress, meter: Meter | None = None
+) -> Result:
     """Run `work` in a thread, showing its progress; Ctrl-C and SIGTERM cancel it."""
     outcome: list[Result] = []
     failure: list[BaseException] = []
@@ -34,7 +36,7 @@ def watched(work: Callable[[], Result], progress: ifa.Progress) -> Result:
         for number in (signal.SIGINT, signal.SIGTERM)
         if threading.current_thread() is threading.main_thread()
     }
-    meter = Meter(sys.stderr)
+    meter = meter or Meter(sys.stderr)
     worker = threading.Thread(target=run, daemon=True)
     try:
         worker.start()
@@ -54,6 +56,7 @@ class Meter:
     """A bar on a terminal, a line now and then elsewhere."""
 
     _WIDTH, _LINE_EVERY_S = 30, 5.0
+    _VERB = "solving"
 
     def __init__(self, stream: IO[str]) -> None:
         self._stream = stream
@@ -65,16 +68,21 @@ class Meter:
     def show(self, fraction: float) -> None:
         """Draw how much is done, from 0 to 1, or say it if it is time."""
         now_s = time.monotonic()
+        more = self._more(fraction, now_s)
         elapsed_s = now_s - self._begin_s
         if self._live:
             full = round(self._WIDTH * fraction)
             bar = "#" * full + "." * (self._WIDTH - full)
-            self._stream.write(f"\rsolving [{bar}] {100 * fraction:3.0f} %  {elapsed_s:.1f} s ")
+            self._stream.write(
+                f"\r{self._VERB} [{bar}] {100 * fraction:3.0f} %  {elapsed_s:.1f} s {more}\x1b[K"
+            )
             self._stream.flush()
             self._drawn = True
         elif now_s - self._said_s >= self._LINE_EVERY_S:
             self._said_s = now_s
-            self._stream.write(f"ifa: {100 * fraction:.0f} % after {elapsed_s:.0f} s\n")
+            self._stream.write(
+                f"ifa: {100 * fraction:.0f} % after {elapsed_s:.0f} s{', ' if more else ''}{more}\n"
+            )
             self._stream.flush()
 
     def end(self) -> None:
@@ -82,3 +90,29 @@ class Meter:
         if self._drawn:
             self._stream.write("\r\x1b[K")
             self._stream.flush()
+
+    def _more(self, fraction: float, now_s: float) -> str:
+        return ""
+
+
+class BuildMeter(Meter):
+    """Also the rate, and when it will end: from what was done since the first that was new."""
+
+    _VERB = "building"
+
+    def __init__(self, stream: IO[str], simulations: int) -> None:
+        super().__init__(stream)
+        self._simulations = simulations
+        self._first: tuple[float, float] | None = None
+
+    def _more(self, fraction: float, now_s: float) -> str:
+        # What an earlier build left counts as done at once, so it must not count for the rate.
+        if fraction > 0.0 and self._first is None:
+            self._first = fraction, now_s
+        if self._first is None or not self._first[0] < fraction < 1.0:
+            return ""
+        share_per_s = (fraction - self._first[0]) / (now_s - self._first[1])
+        rate = share_per_s * self._simulations / ifa._core.SIMULATED_SHARE
+        left_s = (1.0 - fraction) / share_per_s
+        ends = time.strftime("%H:%M:%S", time.localtime(time.time() + left_s))
+        return f"{rate:,.0f} simulations/s, ends {ends} (in {left_s:.0f} s)"

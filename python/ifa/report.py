@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ifa.body import Body
@@ -286,14 +287,31 @@ def bodies_text(bodies: Iterable[dict[str, Any]]) -> str:
     rows: list[tuple[str, ...]] = []
     for body in bodies:
         if not rows:
-            rows.append(("name", "size", "g", "material", *body["surfaces"]))
+            rows.append(("name", "size", "g", "cone", "ms", "material", *body["surfaces"]))
         materials = [
             f"{s['restitution']:.2f} / {s['friction']:.2f}" for s in body["surfaces"].values()
         ]
         mass = f"{1e3 * body['mass_kg']:.2f}"
-        rows.append((body["name"], body["size"], mass, body["material"], *materials))
+        cone, gap = f"{math.degrees(body['cone_rad']):.0f}", f"{1e3 * body['merge_gap_s']:.0f}"
+        rows.append((body["name"], body["size"], mass, cone, gap, body["material"], *materials))
     return "\n".join(
-        [*table(rows, align="<<>" + "<" * 9), "", "restitution / friction on each surface"]
+        [
+            *table(rows, align="<<>>>" + "<" * 9),
+            "",
+            "cone: degrees from straight down within which throws are sampled",
+            "ms: contacts that are less apart are one event",
+            "restitution / friction on each surface",
+        ]
+    )
+
+
+def database_text(content: Mapping[str, Any], checked: bool) -> str:
+    """What `Database.to_dict` says, in two lines."""
+    nodes, simulations = content["nodes"], content["simulations"]
+    return (
+        f"{content['body']['name']}: {nodes:,} nodes ({content['terminal_nodes']:,} terminal) of "
+        f"{simulations:,} simulations, {content['bytes'] / 1e6:,.1f} MB\n"
+        f"written to {content['path']}{', checksums agree' if checked else ''}"
     )
 
 

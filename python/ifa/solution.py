@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ifa import _core, arguments
 from ifa._core import IfaValueError
 from ifa.body import Body
+from ifa.constraints import ConstraintReport
 from ifa.marks import HEARING, Signature
 from ifa.sound import FilePath
 from ifa.text_files import write_text
@@ -183,10 +184,23 @@ class Solution:
     rung: int
     energy_gain_j: float = 0.0
     method: str = "forward"
+    #: Of method="graph": `kind`, the `score` of the path in the graph, before its splices were
+    #: connected, and the `bound` that no other path of the graph exceeds.
+    search: dict[str, Any] = field(default_factory=dict)
+    #: How each constraint of the marks was met, in their order.
+    constraints: tuple[ConstraintReport, ...] = ()
     #: Further takes: motions clearly different from this one and from one another, best first.
     others: tuple[Solution, ...] = field(default=(), repr=False, compare=False)
     #: What `ifa.solve(..., reuse=solution)` goes on from.
     kept: Any = field(default=None, repr=False, compare=False)
+
+    @property
+    def constraints_met(self) -> bool:
+        """Whether every constraint is met: positions within 1 cm, orientations within 4 degrees.
+
+        Neither `succeeded` nor `plausible` asks for it.
+        """
+        return all(report.met for report in self.constraints)
 
     @property
     def takes(self) -> tuple[Solution, ...]:
@@ -197,11 +211,15 @@ class Solution:
         """What `ifa solve --json` prints: every figure, JSON-ready, without the motion.
 
         `hearing` says what an event is: `events`, `audible_speed_m_s` and `merge_gap_s`.
+        `constraints` and `constraints_met` are there where constraints are.
         """
-        left_out = {"motion", "body", "marks", "others", "kept"}
+        left_out = {"motion", "body", "marks", "others", "kept", "constraints"}
         names = [item.name for item in fields(self) if item.name not in left_out]
         out = {name: getattr(self, name) for name in names}
         out["events"] = [vars(event) for event in self.events]
+        if self.constraints:
+            out["constraints"] = [report.to_dict() for report in self.constraints]
+            out["constraints_met"] = self.constraints_met
         out["hearing"] = self.motion.hearing
         out["version"] = _core.__version__
         return out

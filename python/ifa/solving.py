@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -9,8 +11,11 @@ from typing import Any
 import numpy as np
 
 from ifa import _core, arguments
+from ifa import constraints as poses
 from ifa._core import IfaValueError
 from ifa.body import Body
+from ifa.constraints import Constraint
+from ifa.database import Database
 from ifa.marks import HEARING, Signature
 from ifa.solution import Event, Motion, Solution
 
@@ -32,18 +37,21 @@ def solve(
     material: str = "given",
     energy_gain_j: float = 0.0,
     takes: int = 1,
-    constraints: Sequence[Any] = (),
+    constraints: Sequence[Constraint] = (),
     progress: _core.Progress | None = None,
     rung: int | None = None,
     lead_in_s: float = 0.5,
     reuse: Solution | None = None,
+    database: Database | str | os.PathLike[str] | None = None,
+    search: str = "exact",
 ) -> Solution:
     """Find a motion of `body` whose audible hits land on `marks`.
 
     Args:
         body: What moves.
         marks: When its contacts happen.
-        method: "forward".
+        method: "forward", which needs no preparation, or "graph", the paper's: it searches a
+            `database` of the body.
         events: "audible": marks are hits that sound, between them the body may fly or stay in
             silent contact. "contact": marks are intervals of contact, between them it flies (paper
             section 4).
@@ -55,7 +63,11 @@ def solve(
         energy_gain_j: How much a contact may add to the energy, J.
         takes: So many motions are looked for that are clearly different: by CLEARLY_DIFFERENT body
             radii or more. `solution.takes` has them, which may be fewer.
-        constraints: None yet.
+        constraints: `ifa.Orientation` and `ifa.Position`, beside those that the marks have: which
+            side of the body points where, and where on the ground it is, at marks or at rest (paper
+            section 6). Their factors count in the search like all others; where the best motion is
+            plausible but does not meet them, the ladder is climbed on. `solution.constraints` says
+            how each was met.
         progress: Read its `fraction` and call its `cancel()` from another thread.
         rung: Run just this one, so that the result depends on no clock: the same seed and rung give
             the same motion, byte for byte.
@@ -64,22 +76,31 @@ def solve(
         reuse: An earlier solution of the same body and options. What its marks and these have in
             common from the start is gone on from, so that a nudged mark takes little time. With
             `rung`, on rungs up to that one.
+        database: For method="graph": an `ifa.Database`, or its folder, of this body and these
+            `events`. Its transitions are made by the first solve, if `Database.prepare` has not.
+        search: For method="graph": "exact", the best path of the graph (to a bound that
+            `solution.search` states), or "branch_and_bound", the paper's search (section 5.5),
+            which looks five events ahead and stops at a Score of 0.3.
 
     The best motion found is returned even if it is not `succeeded`; it may miss marks
     (`missed_hits` above 0) or hit where there is none (`extra_hits`). Raises IfaValueError naming
     the argument or the mark, NoMotionError where not even a first contact was found, Cancelled.
     Method: a beam search forwards from event to event; each impact is changed within the
     plausibility region of the paper (section 5.4) so that the next audible hit comes in time.
+    With method="graph", simulated flights of a database are strung together by connections (section
+    5); `material="fit"` and `reuse` are not for it, and `seed` plays no part: the database has one.
     """
     if not isinstance(body, Body):
         raise IfaValueError("body: needs an ifa.Body")
     if not isinstance(marks, Signature):
         raise IfaValueError("marks: needs an ifa.Signature")
-    _one_of(method, "method", "forward")
+    _one_of(method, "method", "forward", "graph")
+    _one_of(search, "search", "exact", "branch_and_bound")
     _one_of(events, "events", "audible", "contact")
     _one_of(material, "material", "given", "fit")
-    if not isinstance(constraints, Sequence) or len(constraints):
-        raise IfaValueError(f"constraints: this version knows none, got {constraints!r}")
+    asked = poses.sequence(constraints)
+    if asked:
+        marks = marks.with_constraints(asked)
     if reuse is not None and not isinstance(reuse, Solution):
         raise IfaValueError("reuse: needs an ifa.Solution")
     if reuse is not None and reuse.kept is None:
@@ -91,32 +112,78 @@ def solve(
     if not 0.0 <= gain < np.inf:
         raise IfaValueError(f"energy_gain_j: must be finite and 0 or more, got {gain:g}")
     whole_seed = arguments.whole(seed, "seed", 2**64 - 1)
+    common: dict[str, Any] = {
+        "time_budget_s": arguments.positive(time_budget_s, "time_budget_s"),
+        "energy_gain_j": gain,
+        "rung": _rung(rung, _core.RUNGS if method == "forward" else _core.GRAPH_RUNGS),
+        "takes": arguments.whole(takes, "takes", MOST_TAKES, least=1),
+        "lead_in_s": arguments.positive(lead_in_s, "lead_in_s"),
+        "progress": progress,
+    }
+    workers = arguments.threads(threads)
+    hearing = {**HEARING, "events": events}
+    if method == "graph":
+        nodes = _database_for(body, events, database)
+        hearing["merge_gap_s"] = nodes.merge_gap_s
+        if material == "fit":
+            raise IfaValueError('material: method="graph" knows that of its database alone')
+        if reuse is not None:
+            raise IfaValueError('reuse: is for method="forward"')
+    elif database is not None:
+        raise IfaValueError('database: is for method="graph"')
     began = time.perf_counter()
-    found = _core.solve_forward(
-        body._core,
-        marks._marks,
-        seed=whole_seed,
-        time_budget_s=arguments.positive(time_budget_s, "time_budget_s"),
-        threads=arguments.threads(threads),
-        fit_material=material == "fit",
-        energy_gain_j=gain,
-        rung=-1 if rung is None else arguments.whole(rung, "rung", _core.RUNGS - 1),
-        contact=events == "contact",
-        takes=arguments.whole(takes, "takes", MOST_TAKES, least=1),
-        lead_in_s=arguments.positive(lead_in_s, "lead_in_s"),
-        reuse=None if reuse is None else reuse.kept,
-        progress=progress,
-    )
+    if method == "graph":
+        found = _core.solve_graph(
+            nodes._graph_for(gain, workers, progress),
+            marks._marks,
+            branch_and_bound=search == "branch_and_bound",
+            **common,
+        )
+    else:
+        found = _core.solve_forward(
+            body._core,
+            marks._marks,
+            seed=whole_seed,
+            threads=workers,
+            fit_material=material == "fit",
+            contact=events == "contact",
+            reuse=None if reuse is None else reuse.kept,
+            **common,
+        )
     return _solution(
         found,
         body,
         marks,
         solve_s=time.perf_counter() - began,
         effects=_effects(body, marks, material),
-        hearing={**HEARING, "events": events},
+        hearing=hearing,
         seed=whole_seed,
         energy_gain_j=gain,
+        method=method,
+        kind=search if method == "graph" else None,
     )
+
+
+def _database_for(
+    body: Body, events: str, database: Database | str | os.PathLike[str] | None
+) -> Database:
+    """The database that a solve of this body is given, open."""
+    if database is None:
+        raise IfaValueError(
+            'database: method="graph" needs one; `ifa.Database.build` or `ifa build` makes it'
+        )
+    if not isinstance(database, Database):
+        return _database_for(body, events, Database.open(database, body))
+    database._core.need_body(body._core)
+    if database.events != events:
+        raise IfaValueError(
+            f'events: {database.path} was built with "{database.events}", not "{events}"'
+        )
+    return database
+
+
+def _rung(rung: int | None, rungs: int) -> int:
+    return -1 if rung is None else arguments.whole(rung, "rung", rungs - 1)
 
 
 def _solution(
@@ -126,13 +193,17 @@ def _solution(
     *,
     hearing: Mapping[str, Any],
     energy_gain_j: float,
+    kind: str | None,
     **rest: Any,
 ) -> Solution:
     """A solution of the core, with its takes."""
     rest["energy_gain_j"] = energy_gain_j
     others = tuple(
-        _solution(other, body, marks, hearing=hearing, **rest) for other in found.pop("others")
+        _solution(other, body, marks, hearing=hearing, kind=kind, **rest)
+        for other in found.pop("others")
     )
+    logs = found.pop("search_log_weight"), found.pop("search_log_bound")
+    score, bound = (math.exp(min(log, 0.0) / (6 * len(marks))) for log in logs)
     events = [Event(**event) for event in found.pop("events")]
     retime = [event.retime for event in events]
     return Solution(
@@ -140,7 +211,9 @@ def _solution(
         body=body.replace(restitution=found["restitution"], friction=found["friction"]),
         marks=marks,
         events=events,
+        constraints=poses.reports(marks.constraints, found.pop("constraints")),
         others=others,
+        search={} if kind is None else {"kind": kind, "score": score, "bound": bound},
         **found,
         **rest,
     )

@@ -219,17 +219,17 @@ def test_bad_shorthands_are_named():
 
 
 def test_library_is_complete():
-    expected = ["d4", "d6", "d8", "d10", "d12", "d20", "ball", "coin", "eraser", "card"]
-    assert ifa.bodies.names() == expected
+    first = ["d4", "d6", "d8", "d10", "d12", "d20", "ball", "coin", "eraser", "card"]
+    assert ifa.bodies.names()[:10] == first
     rows = ifa.bodies.describe()
-    assert [row["name"] for row in rows] == expected
+    assert [row["name"] for row in rows] == ifa.bodies.names()
     json.dumps(rows, allow_nan=False)
     for row in rows:
         for surface, material in row["surfaces"].items():
             body = ifa.bodies.get(row["name"], surface=surface)
             assert (body.restitution, body.friction) == tuple(material.values())
             assert body.mass_kg == row["mass_kg"]
-            assert 0.5e-3 < body.mass_kg < 20e-3
+            assert 0.5e-3 < body.mass_kg < 1.0
             assert 0 < body.rolling_friction_m < 0.1 * np.abs(body.outline_m).max() + 0.01
 
 

@@ -202,7 +202,7 @@ def test_the_bars_ask_for_what_there_is():
         kind = kinds.KINDS[name]
         assert len(kind.make(Path(), None)) == kind.bar.cases
         assert len(kind.make(Path(), 1)) == 1
-    assert kinds.KINDS["simulated"].bar.cases == 50 * len(ifa.bodies.names())
+    assert kinds.KINDS["simulated"].bar.cases == 50 * len(simulated.BODIES)
     for kind in kinds.KINDS.values():
         assert kind.bar.plausible <= kind.bar.succeeded <= kind.bar.cases
 

@@ -21,6 +21,7 @@ constexpr std::size_t kFewTracked = 6;  // children that keep to a known motion
 constexpr int kFinishRounds = 4;
 constexpr double kFinishPerState_s = 20.0;  // simulated in search of an ending, for each state of the beam
 constexpr int kRounds = 3;                  // of plausible proposals for a level, at most
+constexpr double kDear = 4.0;               // what constraints ahead may cost a candidate that is kept gladly
 constexpr int kLooseRounds = 2;             // of those beyond, where too few are plausible
 
 struct Chunk {
@@ -79,6 +80,7 @@ class Search {
   void advance(std::size_t k) {
     const std::vector<Candidate>& parents = beam_.levels[k].candidates;
     fewest_violations_ = std::ranges::min(parents, {}, &Candidate::violations).violations;
+    fewest_unmet_ = std::ranges::min(parents, {}, &Candidate::unmet).unmet;
     const std::vector<std::size_t>& ends = beam_.levels[k].batch_ends;
     const auto chunks_between = [&](std::size_t from, std::size_t to) {
       return chunks_of(from, to, kChunk, [&](std::size_t i) { return parents[i].body; });
@@ -128,7 +130,7 @@ class Search {
     const std::vector<Candidate>& last = beam_.levels.back().candidates;
     for (std::size_t i = 0; i < last.size(); ++i) {
       if (!ends_as_asked(*last[i].unchanged, problem_.marks.ending)) continue;
-      add_leaf(i, {last[i].onset.after, 0.0, 0.0}, last[i].unchanged->event);
+      add_leaf(i, {last[i].onset.after, 0.0, 0.0}, *last[i].unchanged);
     }
     // In groups, until there is one, or so much is simulated that more of this beam is not worth it: bodies
     // that roll on for long cost most.
@@ -140,6 +142,7 @@ class Search {
         end(from, std::min(last.size(), from + kGroup), tolerance);
     std::stable_sort(beam_.leaves.begin(), beam_.leaves.end(), [](const Leaf& a, const Leaf& b) {
       if (a.violations != b.violations) return a.violations < b.violations;
+      if (a.unmet != b.unmet) return a.unmet < b.unmet;
       if (a.violations == 0 && a.stretched != b.stretched) return a.stretched < b.stretched;
       return a.log_weight > b.log_weight;
     });
@@ -161,7 +164,7 @@ class Search {
     for (std::size_t c = 0; c < chunks.size(); ++c)
       for (const Trial& t : trials[c])
         if (t.excess <= tolerance.excess)
-          add_leaf(chunks[c].from + t.candidate, {t.after, t.excess, 0.0}, t.passage.event);
+          add_leaf(chunks[c].from + t.candidate, {t.after, t.excess, 0.0}, t.passage);
   }
 
   RandomStream stream(std::size_t round, std::size_t index) const {
@@ -200,8 +203,11 @@ class Search {
     std::vector<std::size_t> born;
     std::size_t n = 0;
     for (const Candidate& c : all) {
-      if (c.violations > fewest_violations_) continue;
-      if (last && ends_as_asked(*c.unchanged, problem_.marks.ending)) return room();
+      if (c.violations > fewest_violations_ || c.unmet > fewest_unmet_) continue;
+      if (c.toll > kDear) continue;
+      if (last && ends_as_asked(*c.unchanged, problem_.marks.ending) &&
+          c.log_rest(problem_, *c.unchanged) >= std::log(kMetFactor))
+        return room();
       const auto parent = static_cast<std::size_t>(c.parent);
       if (parent >= born.size()) born.resize(parent + 1, 0);
       if (born[parent]++ < kMostChildren) ++n;
@@ -209,22 +215,25 @@ class Search {
     return n;
   }
 
-  void add_leaf(std::size_t i, const Leave& leave, const Event& event) {
+  void add_leaf(std::size_t i, const Leave& leave, const Passage& passage) {
     const Candidate& c = beam_.levels.back().candidates[i];
     const std::size_t k = problem_.marks.size() - 1;
-    const double log_factors = problem_.log_sound(event, k, c.first_amplitude) - leave.excess;
+    const double log_factors = problem_.log_sound(passage.event, k, c.first_amplitude) - leave.excess;
     const bool sound = leave.excess <= kPlausible.excess && log_factors >= kLeastLogFactors;
-    ended_soundly_ |= sound;
-    beam_.leaves.push_back({static_cast<int>(i), leave, c.log_weight + log_factors,
-                            c.violations + (sound ? 0 : 1), c.stretched});
+    const double log_rest = c.log_rest(problem_, passage);
+    const bool met = log_rest >= std::log(kMetFactor);
+    ended_soundly_ |= sound && met;
+    beam_.leaves.push_back({static_cast<int>(i), leave,
+                            c.log_weight + log_factors + c.log_constraints + log_rest,
+                            c.violations + (sound ? 0 : 1), c.unmet + (met ? 0 : 1), c.stretched});
   }
 
   const Problem& problem_;
   const BeamOptions& options_;
   Progress* progress_;
   Beam& beam_;
-  bool ended_soundly_ = false;  // some leaf
-  int fewest_violations_ = 0;   // of the level that is gone on from
+  bool ended_soundly_ = false;                    // some leaf
+  int fewest_violations_ = 0, fewest_unmet_ = 0;  // of the level that is gone on from
 };
 
 }  // namespace

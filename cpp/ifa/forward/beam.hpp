@@ -21,7 +21,7 @@ struct Leaf {
   int candidate;
   Leave leave;
   double log_weight;
-  int violations, stretched;
+  int violations, unmet, stretched;
 };
 
 // What a search has found, and all that it kept on the way.

@@ -1,5 +1,7 @@
 #include "ifa/forward/candidate.hpp"
 
+#include <algorithm>
+
 namespace ifa {
 
 double Problem::travel_budget_m_s(int body, std::size_t k) const {
@@ -13,6 +15,27 @@ double Problem::travel_budget_m_s(int body, std::size_t k) const {
   }
   constexpr double kRolled_m_s = 0.1;  // edges take more than friction does
   return material.friction * normal_m_s + kRolled_m_s;
+}
+
+void Candidate::constrain(const Problem& problem, std::size_t k) {
+  const Constraints& asked = problem.marks.constraints;
+  if (asked.empty()) return;
+  const Body& own = problem.bodies[static_cast<std::size_t>(body)];
+  alignment.add(asked, k, own, onset.before);
+  log_constraints = -alignment.cost();
+  const Placement placement = alignment.best();
+  for (const OrientationConstraint& c : asked.orientations) {
+    if (c.mark != k) continue;
+    const Vec3 now = placement.turned(seen(own, onset.before, c.body_direction));
+    if (orientation_constraint_factor(angle_between_rad(now, c.direction)) < kMetFactor) ++unmet;
+  }
+}
+
+double Candidate::log_rest(const Problem& problem, const Passage& passage) const {
+  Alignment at_rest = alignment;
+  at_rest.add(problem.marks.constraints, kAtRest, problem.bodies[static_cast<std::size_t>(body)],
+              passage.end);
+  return std::min(0.0, alignment.cost() - at_rest.cost());
 }
 
 }  // namespace ifa

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <memory>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "ifa/signature/factors.hpp"
 #include "ifa/signature/marks.hpp"
+#include "ifa/signature/placement.hpp"
 #include "ifa/solution/found.hpp"
 #include "ifa/solution/standard.hpp"
 
@@ -45,15 +46,26 @@ struct Candidate {
   double first_amplitude = 0.0;  // of the first event
   int violations = 0;            // marks that were met, but not plausibly or with too low a Score
   int stretched = 0;             // marks that were met by retiming more than kUnnoticed
+  Alignment alignment;           // of what the constraints have asked so far
+  double log_constraints = 0.0;  // of it: the factors of the constraints
+  int unmet = 0;                 // orientations that were off by more than half their factor
+  double toll = 0.0;             // a guess of what the constraints of the next mark, or of rest, will cost
   double outlook = 0.0;          // a guess of the log weight to come
   // How it goes on without a change; dropped once its children are chosen.
   std::shared_ptr<const Passage> unchanged;
 
-  double rank() const { return log_weight + outlook; }
+  // Takes in what the constraints ask of its pose at mark k.
+  void constrain(const Problem& problem, std::size_t k);
+
+  // What the constraints at rest add to the log weight where it ends with this passage: 0 or less.
+  double log_rest(const Problem& problem, const Passage& passage) const;
+
+  double rank() const { return log_weight + outlook + log_constraints; }
 
   // Whether it is to be preferred to `other`, whatever their ranks.
   bool sounder(const Candidate& other) const {
-    return std::pair(violations, stretched) < std::pair(other.violations, other.stretched);
+    return std::tuple(violations, unmet, stretched) <
+           std::tuple(other.violations, other.unmet, other.stretched);
   }
 };
 

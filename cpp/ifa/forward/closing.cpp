@@ -19,11 +19,6 @@ constexpr double kLengthOff_s = 1e-3;  // a tenth of what halves f_l (paper eq. 
 
 double on_time_s(double target_s) { return std::max(kOnTime_s, kOnTimeShare * target_s); }
 
-Vec6 within(const Vec6& y, const Tolerance& tolerance) {
-  const double most = kEdge * std::sqrt(tolerance.excess), size = y.norm();
-  return size > most ? Vec6(y * (most / size)) : y;
-}
-
 void keep_better(Closing& closing, const Trial& trial, double worth) {
   if (!trial.meets || worth <= closing.worth) return;
   closing.best = trial;
@@ -31,6 +26,11 @@ void keep_better(Closing& closing, const Trial& trial, double worth) {
 }
 
 }  // namespace
+
+Vec6 within(const Vec6& y, const Tolerance& tolerance) {
+  const double most = kEdge * std::sqrt(tolerance.excess), size = y.norm();
+  return size > most ? Vec6(y * (most / size)) : y;
+}
 
 double ratio_of(double a, double b) { return std::max(a, b) / std::min(a, b); }
 
@@ -139,6 +139,20 @@ void correct(Trials& trials, std::span<const Candidate> candidates, std::size_t 
   }
 }
 
+}  // namespace
+
+std::vector<Anchor> run_anchors(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
+                                const Tolerance& tolerance, std::vector<Anchor> anchors) {
+  std::vector<Trial> own;
+  for (const Anchor& a : anchors) own.push_back(a.trial);
+  trials.run(candidates, k, own);
+  for (std::size_t i = 0; i < own.size(); ++i) anchors[i].trial = std::move(own[i]);
+  correct(trials, candidates, k, tolerance, anchors);
+  return anchors;
+}
+
+namespace {
+
 // Trials in place of the anchors' own, run and corrected.
 class Neighbours {
  public:
@@ -159,14 +173,7 @@ class Neighbours {
     add(anchor, anchor.trial.y + spread * aside);
   }
 
-  std::vector<Anchor> run() {
-    std::vector<Trial> own;
-    for (const Anchor& a : anchors_) own.push_back(a.trial);
-    trials_.run(candidates_, k_, own);
-    for (std::size_t i = 0; i < own.size(); ++i) anchors_[i].trial = std::move(own[i]);
-    correct(trials_, candidates_, k_, tolerance_, anchors_);
-    return std::move(anchors_);
-  }
+  std::vector<Anchor> run() { return run_anchors(trials_, candidates_, k_, tolerance_, std::move(anchors_)); }
 
  private:
   Trials& trials_;

@@ -43,6 +43,14 @@ struct Anchor {
 std::vector<Anchor> anchors_of(const std::vector<Closing>& closings, double target_s,
                                const Tolerance& tolerance);
 
+// Runs trials in place of the anchors' own, and brings them back to the mark along the anchors' lines, as far
+// as two steps do.
+std::vector<Anchor> run_anchors(Trials& trials, std::span<const Candidate> candidates, std::size_t k,
+                                const Tolerance& tolerance, std::vector<Anchor> anchors);
+
+// As near to `y` as a change may be.
+Vec6 within(const Vec6& y, const Tolerance& tolerance);
+
 // More that come in time: `count` for each anchor, off to its side and back along its line. Some of them
 // miss.
 std::vector<Anchor> vary(Trials& trials, std::span<const Candidate> candidates, std::size_t k,

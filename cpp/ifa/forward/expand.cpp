@@ -5,6 +5,7 @@
 
 #include "ifa/forward/closing.hpp"
 #include "ifa/forward/steepest.hpp"
+#include "ifa/forward/steer.hpp"
 #include "ifa/forward/track.hpp"
 
 namespace ifa {
@@ -84,10 +85,10 @@ void Expander::expand(std::span<const Candidate> parents, std::size_t first, std
   auto anchors = anchors_of(closings, trials_.problem().target_s(k), options.tolerance);
   const auto varied = vary(trials_, parents, k, options.tolerance, anchors, options.variants, random);
   for (const Anchor& a : varied) add(a.trial);
-  if (trials_.problem().marks.durations_s[k] > 0.0) {
-    anchors.insert(anchors.end(), varied.begin(), varied.end());
+  anchors.insert(anchors.end(), varied.begin(), varied.end());
+  if (trials_.problem().marks.durations_s[k] > 0.0)
     for (const Anchor& a : fit_length(trials_, parents, k, options.tolerance, anchors, random)) add(a.trial);
-  }
+  for (const Anchor& a : steer(trials_, parents, k, options.tolerance, anchors, trials)) add(a.trial);
   look_ahead(std::span(children).subspan(begin), k + 1);
 }
 
@@ -135,6 +136,9 @@ void Expander::add_child(const Candidate& parent, std::size_t index, std::size_t
   const bool plausible = trial.excess <= kPlausible.excess && ratio <= 1.0 + kPlausible.retime &&
                          log_factors >= kLeastLogFactors;
   child.violations = parent.violations + (plausible ? 0 : 1);
+  child.alignment = parent.alignment;
+  child.unmet = parent.unmet;
+  child.constrain(problem, k + 1);
   child.stretched = parent.stretched + (ratio > 1.0 + kUnnoticed ? 1 : 0);
   children.push_back(child);
 }
@@ -159,6 +163,20 @@ double Expander::miss(const Passage& passage, std::size_t k) const {
   return (kDubious +
           std::log(passage.onset.hit.approach_speed_m_s / problem.physics.hearing.audible_speed_m_s)) /
          kReach;
+}
+
+double Expander::toll(const Candidate& candidate, const Passage& passage, std::size_t k) const {
+  const Problem& problem = trials_.problem();
+  const double at_rest = toll_at_rest(problem, candidate, passage);
+  if (k + 1 == problem.marks.size() || !passage.hits()) return at_rest;
+  const Aim aim(problem.marks, trials_.body(), k + 1);
+  if (!aim.any()) return at_rest;
+  const Onset& onset = candidate.onset;
+  State pose = passage.onset.before;  // in time: as much farther or less far
+  pose.position = onset.before.position +
+                  problem.target_s(k) / passage.interval_s * (pose.position - onset.before.position);
+  const Arrival arrival(pose, onset.after.angular_velocity, problem.target_s(k), trials_.region(onset));
+  return at_rest + aim.step(candidate.alignment, arrival, Vec6::Zero(), 1.0, {}).cost;
 }
 
 void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
@@ -190,13 +208,24 @@ void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
     const double too_fast =
         std::max(0.0, travel / trials_.problem().travel_budget_m_s(trials_.body_index(), k) - 1.0) / kTooFast;
     c.outlook -= 0.5 * too_fast * too_fast;
+    if (!marks.constraints.empty()) {
+      c.toll = toll(c, passages[i], k);
+      c.outlook -= c.toll;
+    }
     c.unchanged = std::make_shared<const Passage>(std::move(passages[i]));
   }
   if (k + 1 >= marks.size()) return;
   passages = trials_.follow(onsets, k + 1);
   for (std::size_t j = 0; j < of.size(); ++j) {
     const double miss2 = std::clamp(miss(passages[j], k + 1), -3.0, 3.0);
-    candidates[of[j]].outlook -= kSecondWeight * 0.5 * miss2 * miss2;
+    Candidate& c = candidates[of[j]];
+    c.outlook -= kSecondWeight * 0.5 * miss2 * miss2;
+    if (marks.constraints.empty()) continue;
+    constexpr double kMostToll = 12.0;  // changes will come between
+    Candidate next = c;
+    next.onset = onsets[j];
+    next.constrain(trials_.problem(), k + 1);
+    c.outlook -= kSecondWeight * std::min(kMostToll, toll(next, passages[j], k + 1));
   }
 }
 
@@ -207,10 +236,11 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
   const Ending ending = problem.marks.ending;
   const double edge = kEdge * std::sqrt(largest_excess);
   const auto log_factors = [&](const Trial& t) {
-    return t.log_factors(problem, k, candidates[t.candidate].first_amplitude);
+    return t.log_factors(problem, k, candidates[t.candidate].first_amplitude) +
+           candidates[t.candidate].log_rest(problem, t.passage);
   };
-  // How far a trial is from the ending: 0 as asked; less than 0.5 if only its sound is amiss, else by the
-  // loudness of the hit that is too much.
+  // How far a trial is from the ending: 0 as asked; less than 0.5 if only its sound or how it lies is amiss,
+  // else by the loudness of the hit that is too much.
   const auto flaw = [&](const Trial& t) {
     if (ends_as_asked(t.passage, ending)) {
       const double amiss = std::max(0.0, kLeastLogFactors - log_factors(t));

@@ -53,6 +53,7 @@ class Expander {
   std::vector<Trial> scatter(std::span<const Candidate> parents, std::size_t k, const ExpandOptions& options,
                              std::span<RandomStream> random);
   double miss(const Passage& passage, std::size_t k) const;
+  double toll(const Candidate& candidate, const Passage& passage, std::size_t k) const;
   void add_child(const Candidate& parent, std::size_t index, std::size_t k, const Tolerance& tolerance,
                  const Trial& trial, std::vector<Candidate>& children) const;
 

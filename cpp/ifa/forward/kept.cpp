@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
+#include <vector>
 
 #include "ifa/base/error.hpp"
 
@@ -20,15 +22,33 @@ bool same_body(const Body& a, const Body& b) {
          m.spin_friction_m == n.spin_friction_m;
 }
 
+bool same(const PositionConstraint& a, const PositionConstraint& b) { return a.position_m == b.position_m; }
+
+bool same(const OrientationConstraint& a, const OrientationConstraint& b) {
+  return a.body_direction == b.body_direction && a.direction == b.direction;
+}
+
+// Whether those of one mark are the same, in the same order.
+template <class Kind>
+bool same_at(const std::vector<Kind>& a, const std::vector<Kind>& b, std::size_t mark) {
+  const auto at_mark = std::views::filter([mark](const Kind& c) { return c.mark == mark; });
+  return std::ranges::equal(a | at_mark, b | at_mark,
+                            [](const Kind& x, const Kind& y) { return same(x, y); });
+}
+
 }  // namespace
 
 std::size_t marks_in_common(const Marks& a, const Marks& b) {
   const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
   if (a.amplitudes.empty() != b.amplitudes.empty()) return 0;
   std::size_t k = 0;
+  const auto same_constraints = [&](std::size_t mark) {
+    return same_at(a.constraints.positions, b.constraints.positions, mark) &&
+           same_at(a.constraints.orientations, b.constraints.orientations, mark);
+  };
   while (k < std::min(a.size(), b.size()) && a.times_s[k] == b.times_s[k] &&
          a.durations_s[k] == b.durations_s[k] && same(a.centroids_s[k], b.centroids_s[k]) &&
-         (a.amplitudes.empty() || a.amplitudes[k] == b.amplitudes[k]))
+         (a.amplitudes.empty() || a.amplitudes[k] == b.amplitudes[k]) && same_constraints(k))
     ++k;
   return k;
 }

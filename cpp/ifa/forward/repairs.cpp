@@ -155,6 +155,7 @@ Request changed(const Request& request, const Line& line, int size) {
       drop(out.marks.durations_s, k);
       drop(out.marks.amplitudes, k);
       drop(out.marks.centroids_s, k);
+      out.marks.constraints.forget_mark(k);
       break;
     case RepairKind::energy:
       out.energy_gain_j = energy_j(request, line, size);
@@ -167,6 +168,7 @@ Request changed(const Request& request, const Line& line, int size) {
       break;
     case RepairKind::ending:
       out.marks.ending = Ending::open;
+      out.marks.constraints.forget_rest();
       break;
   }
   if (line.kind == RepairKind::restitution || line.kind == RepairKind::friction)

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <numeric>
+#include <utility>
 
 namespace ifa {
 namespace {
 
-constexpr double kEnergyBand = 0.4;        // width of a band of energy, in its logarithm
+constexpr double kEnergyBand = 0.4;  // width of a band of energy, in its logarithm
+constexpr double kTiltBand = std::numbers::pi / 4.0;
 constexpr std::size_t kFewestStarts = 10;  // that a full beam descends from
 
 class Selection {
@@ -42,6 +45,20 @@ class Selection {
   std::map<int, std::size_t> of_parent_, of_start_;
   bool strict_ = true;
 };
+
+// Where an orientation is asked at rest: how near to it the body is, since by rest it tips over an edge or
+// two at most. (The heading is free until then.)
+int tilt_band(const Problem& problem, const Candidate& c) {
+  for (const OrientationConstraint& asked : problem.marks.constraints.orientations) {
+    if (asked.mark != kAtRest) continue;
+    const Body& body = problem.bodies[static_cast<std::size_t>(c.body)];
+    const double now = seen(body, c.onset.before, asked.body_direction.stableNormalized()).z();
+    const double off = std::abs(std::acos(std::clamp(now, -1.0, 1.0)) -
+                                std::acos(std::clamp(asked.direction.stableNormalized().z(), -1.0, 1.0)));
+    return static_cast<int>(off / kTiltBand);
+  }
+  return 0;
+}
 
 // Takes in turn from each group, its first ones first, until `until` are kept or nothing is left.
 template <class Key>
@@ -80,12 +97,13 @@ std::vector<std::size_t> select_batch(const std::vector<Candidate>& all,
       if (selection.size() >= by_rank) break;
       selection.take(i);
     }
-    std::map<int, std::vector<std::size_t>> bands;
+    std::map<std::pair<int, int>, std::vector<std::size_t>> bands;
     for (const std::size_t i : group) {
       if (selection.taken(i)) continue;
       const double energy =
           kinetic_energy(problem.bodies[static_cast<std::size_t>(all[i].body)], all[i].onset.after);
-      bands[static_cast<int>(std::floor(std::log(std::max(energy, 1e-300)) / kEnergyBand))].push_back(i);
+      const int band = static_cast<int>(std::floor(std::log(std::max(energy, 1e-300)) / kEnergyBand));
+      bands[{band, tilt_band(problem, all[i])}].push_back(i);
     }
     take_evenly(selection, bands, room);
     from = to;

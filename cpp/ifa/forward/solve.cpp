@@ -8,8 +8,8 @@
 #include "ifa/base/message.hpp"
 #include "ifa/forward/kept.hpp"
 #include "ifa/forward/materials.hpp"
-#include "ifa/solution/solution.hpp"
 #include "ifa/forward/takes.hpp"
+#include "ifa/solution/solution.hpp"
 
 namespace ifa {
 namespace {
@@ -43,7 +43,7 @@ class Solver {
 
   Solution solve() {
     if (options_.reuse) go_on(*options_.reuse);
-    if (takes_.empty() || !takes_.front().plausible) climb();
+    if (takes_.empty() || !takes_.front().satisfies()) climb();
     if (!takes_.empty() && takes_.front().plausible) add_takes();
     if (progress_) progress_->raise_to(1.0);
     if (takes_.empty())
@@ -94,13 +94,14 @@ class Solver {
     const int last = options_.rung >= 0 ? std::min(options_.rung, before.rung) : before.rung;
     double rung_s = 0.0;
     const auto search = [&](int rung, auto&& beam_of) {
-      if (!takes_.empty() && takes_.front().plausible) return;
+      if (!takes_.empty() && takes_.front().satisfies()) return;
       if (options_.rung < 0 && !in_time(rung_s)) return;
       const double began = seconds_gone();
       Progress part = half();
       Beam beam = beam_of(beam_options(rung), &part);
       rung_s = seconds_gone() - began;
-      if (beam.leaves.empty() || beam.leaves.front().violations > 0) return;  // the climb may do better
+      const bool sound = !beam.leaves.empty() && beam.leaves.front().violations == 0;
+      if (!sound || beam.leaves.front().unmet > 0) return;  // the climb may do better
       auto takes = takes_of(beam);
       offer(std::move(beam), std::move(takes), rung);
     };
@@ -112,7 +113,7 @@ class Solver {
       search(rung, [&](const BeamOptions& options, Progress* part) {
         return search_beam(problem(), options, part, &before.beam, same);
       });
-    if (!takes_.empty() && takes_.front().plausible) return;
+    if (!takes_.empty() && takes_.front().satisfies()) return;
     takes_.clear();  // what the climb finds has its own materials
     kept_.bodies = own;
   }
@@ -134,7 +135,7 @@ class Solver {
       if (!beam.levels.empty()) {
         auto takes = takes_of(beam);
         offer(std::move(beam), std::move(takes), rung);
-        if (takes_.front().plausible) return;
+        if (takes_.front().satisfies()) return;
       }
       rung_s = (seconds_gone() - rung_began) / share;
     }

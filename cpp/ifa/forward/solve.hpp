@@ -26,9 +26,6 @@ struct SolveOptions {
   std::shared_ptr<const KeptSearch> reuse;
 };
 
-// Takes differ by at least so much: Motion difference from the first to the last mark, in bounding radii.
-inline constexpr double kClearlyDifferent = 1.0;
-
 // The ladder: beams grow from rung to rung. On each, the materials to choose from share one beam, and a mark
 // that no plausible motion reaches may be met beyond the plausible region (a larger excess and more retiming,
 // which may still succeed). The first plausible motion ends the climb; otherwise the best so far is returned,

@@ -13,7 +13,8 @@ namespace ifa {
 struct StartOptions {
   double least_speed_m_s;  // speed: uniform between these
   double most_speed_m_s;
-  double clear_s;  // the flight before must last this long
+  double clear_s;                                    // the flight before must last this long
+  std::optional<OrientationConstraint> facing = {};  // at the first mark
 };
 
 // The paper's 0.5 to 4 m/s; further where a gap between marks needs it.

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <set>
 
-#include "ifa/solution/solution.hpp"
 #include "ifa/motion/difference.hpp"
+#include "ifa/solution/solution.hpp"
 
 namespace ifa {
 namespace {
@@ -26,7 +26,7 @@ std::vector<Solution> best_takes(const Problem& problem, const Beam& beam, int t
     found.push_back(solution_of(best_of(beam)));
     // Measured as a whole, a motion may turn out worse than its leaf promised.
     const std::size_t more = std::min(beam.leaves.size(), kMostSecond);
-    for (std::size_t i = 1; i < more && !found.front().plausible && beam.leaves[i].violations == 0; ++i) {
+    for (std::size_t i = 1; i < more && !found.front().satisfies() && beam.leaves[i].violations == 0; ++i) {
       Solution other = solution_of(trace(beam, beam.leaves[i]));
       if (better(other, found.front())) found.front() = std::move(other);
     }
@@ -39,7 +39,7 @@ std::vector<Solution> best_takes(const Problem& problem, const Beam& beam, int t
     return difference(*a.motion, *b.motion, from, to) >= kClearlyDifferent;
   };
   const Solution& best = before.empty() ? found.front() : before.front();
-  const bool plausible = best.plausible;
+  const bool plausible = best.plausible, met = best.constraints_met();
   // Leaves of one start are alike: one of each.
   std::vector<const Leaf*> order;
   std::set<int> starts;
@@ -52,6 +52,7 @@ std::vector<Solution> best_takes(const Problem& problem, const Beam& beam, int t
   for (std::size_t i = 0; i < tries && before.size() + found.size() < static_cast<std::size_t>(takes); ++i) {
     Solution solution = solution_of(trace(beam, *order[i]));
     if (!(plausible ? solution.plausible : solution.succeeded)) continue;
+    if (met && !solution.constraints_met()) continue;
     const auto other = [&](const Solution& s) { return different(s, solution); };
     if (std::ranges::all_of(found, other) && std::ranges::all_of(before, other))
       found.push_back(std::move(solution));

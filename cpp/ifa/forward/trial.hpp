@@ -36,6 +36,8 @@ class Trials {
   std::optional<Trial> propose(std::span<const Candidate> candidates, std::size_t index, const Vec6& y,
                                double largest_excess) const;
 
+  PlausibleRegion region(const Onset& onset) const;
+
   // The change that leaves `onset` with `after`.
   Vec6 change(const Onset& onset, const State& after) const;
 
@@ -54,8 +56,6 @@ class Trials {
   Passages& passages() { return passages_; }
 
  private:
-  PlausibleRegion region(const Onset& onset) const;
-
   const Problem& problem_;
   int body_index_;
   const Body& body_;

@@ -12,14 +12,13 @@ double energy_j(const Body& body, double gravity, const State& s) {
 }
 
 struct Sample : lanes::Sim {
-  std::size_t index;     // of the simulation in its chunk
-  double onset_s = 0.0;  // of the event that goes on
+  std::size_t index;  // of the simulation in its chunk
   std::optional<Listener> listener;
   State before;  // the impact that is being resolved
   State onset_before, onset_after;
   State take_off;  // after the last contact
   double take_off_s = 0.0, energy_j = 0.0;
-  bool flies = false;  // since then
+  bool flew = false;  // from there to the impact that is being resolved
   NodeColumns nodes;
 };
 
@@ -48,20 +47,21 @@ class Harvester {
     return true;
   }
 
-  void impact(Sample& m) { m.before = state_of(m); }
+  void impact(Sample& m) {
+    m.before = state_of(m);
+    m.flew = m.stage == lanes::Stage::flight;
+  }
 
   bool resolved(Sample& m, const lanes::HitData& data) {
-    const double now_s = m.time_s - m.onset_s;
-    Hit hit{now_s, Eigen::Map<const Vec3>(data.impulse), data.approach_speed,
+    Hit hit{m.time_s, Eigen::Map<const Vec3>(data.impulse), data.approach_speed,
             Eigen::Map<const Vec3>(data.position)};
-    const bool onset = m.listener ? m.listener->begins_next(now_s, data.approach_speed)
+    const bool onset = m.listener ? m.listener->begins_next(m.time_s, data.approach_speed)
                                   : data.approach_speed >= physics_.least_onset_speed_m_s();
     if (onset) {
-      if (m.listener) close(m, Next::hit, now_s);
+      if (m.listener) close(m, Next::hit);
       hit.time_s = 0.0;
-      m.onset_s = m.time_s;
       m.onset_before = m.before;
-      m.onset_after = state_of(m);
+      begin_anew(m);
       m.listener.emplace(physics_, Departure{hit, m.onset_after, 0.0, kNever});
     } else if (m.listener) {
       m.listener->add(hit);
@@ -71,30 +71,37 @@ class Harvester {
   }
 
   bool loaded(Sample& m, const lanes::LoadData& load) {
-    if (m.listener)
-      m.listener->add(Load{load.begin_s - m.onset_s, load.length_s, load.normal_impulse, load.slip_speed});
+    if (m.listener) m.listener->add(Load{load.begin_s, load.length_s, load.normal_impulse, load.slip_speed});
     touched(m, state_of(m));
     return true;
   }
 
   void ended(Sample& m, lanes::Stop stop) {
     const bool rest = stop == lanes::Stop::rest && stands(body_, state_of(m));
-    if (m.listener)
-      close(m, rest ? Next::rest : Next::late, m.time_s - m.onset_s, m.slow_since_s - m.onset_s);
+    if (m.listener) close(m, rest ? Next::rest : Next::late, m.slow_since_s);
     out_[m.index] = std::move(m.nodes);
   }
 
  private:
+  // From just after an onset on the simulation goes as if it began there, so that the edge can be simulated
+  // again from what the node holds, to the last bit.
+  void begin_anew(Sample& m) {
+    m.onset_after = state_of(m);
+    m.onset_after.position.x() = m.onset_after.position.y() = 0.0;
+    const double left_s = m.until_s - m.time_s;
+    static_cast<lanes::Sim&>(m) = begin_sim(flock_.body(), flock_.settings(), m.onset_after, 0.0);
+    m.until_s = left_s;
+  }
+
   void touched(Sample& m, const State& before) {
     m.take_off = state_of(m);
     m.take_off_s = m.time_s;
     m.energy_j = energy_j(body_, gravity_, before);
-    m.flies = m.stage == lanes::Stage::flight;
   }
 
   // The event that went on until now is a node.
-  void close(Sample& m, Next next, double now_s, double rest_s = 0.0) {
-    const Passage passage = m.listener->ended(next, now_s, state_of(m), rest_s);
+  void close(Sample& m, Next next, double rest_s = 0.0) {
+    const Passage passage = m.listener->ended(next, m.time_s, state_of(m), rest_s);
     NodeColumns& c = m.nodes;
     const auto put = [](auto& column, const Vec3& v) {
       for (int i = 0; i < 3; ++i)
@@ -113,10 +120,10 @@ class Harvester {
     const Quat to_body = m.take_off.orientation.conjugate();
     put(c.change, to_body * (m.take_off.velocity - m.onset_before.velocity));
     put(c.change, to_body * (m.take_off.angular_velocity - m.onset_before.angular_velocity));
-    const bool flight = next == Next::hit && m.flies;
-    const double delay_s = flight ? m.take_off_s - m.onset_s : now_s;
+    const bool flight = next == Next::hit && m.flew;
+    const double delay_s = flight ? m.take_off_s : m.time_s;
     c.delay_s.push_back(static_cast<float>(delay_s));
-    c.flight_s.push_back(flight ? static_cast<float>(now_s - delay_s) : 0.0f);
+    c.flight_s.push_back(flight ? static_cast<float>(m.time_s - delay_s) : 0.0f);
     c.energy_j.push_back(static_cast<float>(m.energy_j));
     c.amplitude.push_back(static_cast<float>(passage.event.amplitude));
     c.length_s.push_back(static_cast<float>(passage.event.length_s));

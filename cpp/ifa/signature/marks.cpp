@@ -70,6 +70,7 @@ void validate(const Marks& marks, double merge_gap_s) {
       throw ArgumentError(name + ": its centroid " + seconds(centroid_s) + " lies outside its span of " +
                           seconds(duration_s));
   }
+  validate_constraints(marks);
 }
 
 }  // namespace ifa

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "ifa/signature/constraints.hpp"
+
 namespace ifa {
 
 // What the body does after the last mark: `rest`, it comes to rest without a further hit; `open`, anything.
@@ -15,6 +17,7 @@ struct Marks {
   std::vector<double> amplitudes;   // same length, or empty: unknown (no amplitude term); not normalised
   std::vector<double> centroids_s;  // same length, NaN where unknown; from the event's start
   Ending ending = Ending::rest;
+  Constraints constraints = {};
 
   std::size_t size() const { return times_s.size(); }
 };
@@ -24,7 +27,8 @@ inline constexpr double kMergeGap_s = 0.010;  // paper section 4: contacts close
 // Throws ArgumentError naming the mark unless there is at least one mark; times are finite, not negative and
 // at least `merge_gap_s` apart from start to start; no mark starts inside the span of the one before;
 // durations and amplitudes are finite and not negative; the first amplitude, to which the others are
-// relative, is not 0; and every known centroid lies in its mark's span.
+// relative, is not 0; and every known centroid lies in its mark's span; and unless its
+// constraints are valid.
 void validate(const Marks& marks, double merge_gap_s = kMergeGap_s);
 
 }  // namespace ifa

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ifa/rigid/contact.hpp"
+#include "ifa/signature/placement.hpp"
 #include "ifa/solution/standard.hpp"
 
 namespace ifa {
@@ -69,6 +70,36 @@ void count_hits(const Record& whole, const SearchPhysics& physics, const Marks& 
     if (met[missed]) continue;
     ++solution.missed_hits;
     report_missed(*solution.motion, physics.hearing, marks.times_s[missed], solution.events[missed]);
+  }
+}
+
+// Puts a motion where its constraints want it.
+void place(const Body& body, const Constraints& asked, const Found& found, std::vector<Node>& nodes,
+           std::vector<Hit>& hits) {
+  Alignment alignment;
+  for (std::size_t k = 0; k < found.links.size(); ++k)
+    alignment.add(asked, k, body, found.links[k].onset.before);
+  alignment.add(asked, kAtRest, body, nodes.back().state);
+  const Placement placement = alignment.best();
+  for (Node& node : nodes) node.state = placement.placed(node.state);
+  for (Hit& hit : hits) {
+    hit.impulse_n_s = placement.turned(hit.impulse_n_s);
+    hit.position_m = placement.placed(hit.position_m);
+  }
+}
+
+void measure_constraints(const Marks& marks, Solution& solution) {
+  const Motion& motion = *solution.motion;
+  const auto pose = [&](std::size_t mark) {
+    return motion.sample({mark == kAtRest ? motion.end_s() : marks.times_s[mark]}, Side::before).front();
+  };
+  for (const PositionConstraint& c : marks.constraints.positions) {
+    const double error_m = (pose(c.mark).position.head<2>() - c.position_m).norm();
+    solution.constraints.push_back({error_m, position_constraint_factor(error_m)});
+  }
+  for (const OrientationConstraint& c : marks.constraints.orientations) {
+    const double error_rad = angle_between_rad(pose(c.mark).orientation * c.body_direction, c.direction);
+    solution.constraints.push_back({error_rad, orientation_constraint_factor(error_rad)});
   }
 }
 
@@ -190,7 +221,9 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
     nodes.push_back({end, at_end, nodes.back().phase});
     std::erase_if(hits, [&](const Hit& h) { return h.time_s >= end; });
   }
+  if (!marks.constraints.empty()) place(body, marks.constraints, found, nodes, hits);
   solution.motion = std::make_shared<Motion>(body, gravity, nodes, hits, time);
+  measure_constraints(marks, solution);
 
   count_hits(whole, physics, marks, time, solution);
 
@@ -218,12 +251,27 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
   return solution;
 }
 
+bool Solution::constraints_met() const {
+  return std::ranges::all_of(constraints, [](const ConstraintReport& c) { return c.factor >= kMetFactor; });
+}
+
+double Solution::log_constraints() const {
+  double sum = 0.0;
+  for (const ConstraintReport& c : constraints) sum += std::log(std::max(c.factor, 1e-300));
+  return sum;
+}
+
 bool better(const Solution& a, const Solution& b) {
   if (a.plausible != b.plausible) return a.plausible;
   if (a.succeeded != b.succeeded) return a.succeeded;
   const int wrong_a = a.missed_hits + a.extra_hits, wrong_b = b.missed_hits + b.extra_hits;
   if (wrong_a != wrong_b) return wrong_a < wrong_b;
-  return a.score > b.score;
+  if (a.constraints.empty()) return a.score > b.score;
+  const auto log_weight = [](const Solution& s) {
+    return 6.0 * static_cast<double>(s.events.size()) * std::log(std::max(s.score, 1e-300)) +
+           s.log_constraints();
+  };
+  return log_weight(a) > log_weight(b);
 }
 
 }  // namespace ifa

@@ -28,26 +28,42 @@ struct EventReport {
   Factors factors;  // of the transition that leads here, and of this event's sound
 };
 
+// How a constraint was met, on the motion as it is placed: at its mark's time, or at the end.
+struct ConstraintReport {
+  double error;   // m of a position, rad of an orientation
+  double factor;  // f_p or f_o
+};
+
 struct Solution {
   std::shared_ptr<const Motion> motion;
   double score = 0.0, score_without_sound = 0.0;
   bool succeeded = false, plausible = false;
   std::vector<EventReport> events;
+  std::vector<ConstraintReport> constraints;  // positions, then orientations, in the order of the marks' own
   double max_abs_error_s = 0.0;
   int missed_hits = 0, extra_hits = 0;  // audible hits that no event's chain holds are extra
   double max_penetration_m = 0.0, max_energy_gain_j = 0.0;
   double simulated_s = 0.0;                  // in all, on the motion's own rung
   double restitution = 0.0, friction = 0.0;  // that the motion was made with
   int rung = 0;
+  // Of the graph's search: the log weight of the path, and what no path of it exceeds (Score = exp(it / 6 n)).
+  double search_log_weight = 0.0, search_log_bound = 0.0;
   std::vector<Solution> others;  // further takes, best first; this motion is the one that `takes` = 1 gives
   std::shared_ptr<const KeptSearch> kept;
+
+  bool constraints_met() const;
+  double log_constraints() const;  // log of the product of their factors
+  // What a search is after: no other motion need be looked for.
+  bool satisfies() const { return plausible && constraints_met(); }
 };
 
-// Simulates what was found once more, retimes it to its marks, and measures it.
+// Simulates what was found once more, retimes it to its marks, places it on the ground as the constraints
+// ask, and measures it.
 Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks, const Found& found,
                        double lead_in_s, const Progress* progress = nullptr);
 
-// Whether a is better: plausible, then succeeded, then fewer missed and extra hits, then the score.
+// Whether a is better: plausible, then succeeded, then fewer missed and extra hits, then the Score; with
+// constraints the product of all factors, theirs included.
 bool better(const Solution& a, const Solution& b);
 
 }  // namespace ifa

@@ -17,6 +17,9 @@ inline constexpr double kStandardRounding = 1e-9;  // that these allow
 // A mark whose factors multiply to less drags the Score (eq. 12) below kLeastScore: 6 log 0.3, rounded.
 inline constexpr double kLeastLogFactors = -7.2;
 
+// Takes differ by at least so much: Motion difference from the first to the last mark, in bounding radii.
+inline constexpr double kClearlyDifferent = 1.0;
+
 inline constexpr double kLongestRest_s = 60.0;  // a body that has not come to rest by then is given up
 inline constexpr double kOpenTail_s = 0.5;      // how long a motion with an open ending goes on at most
 

@@ -24,6 +24,7 @@ EXPECTED = {
     20: "size x 4^k, mass x 2^k: the same bits",
     21: "any yaw: the same motion, turned",
     22: "quaternion log: round trip, shortest arc, the same for q and -q",
+    23: "shooting, error 0 to pi, 1 ms to 0.5 s, needles and cards: converges, or says why",
     25: "1e5 impacts: ends, or stops at the limit; a rimless wheel at McGeer's speed",
     26: "one mark, 1 us apart, 500, a 60 s pause, out of order, NaN: solved, or an error naming it",
 }

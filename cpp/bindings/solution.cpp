@@ -1,0 +1,68 @@
+// Solutions, for all searches.
+#include "solution.hpp"
+
+#include "ifa/forward/kept.hpp"
+
+namespace ifa::bindings {
+namespace {
+
+py::dict from_factors(const Factors& f) {
+  py::dict d;
+  d["velocity"] = f.velocity;
+  d["orientation"] = f.orientation;
+  d["time"] = f.time;
+  d["amplitude"] = f.amplitude;
+  d["length"] = f.length;
+  d["centroid"] = f.centroid;
+  return d;
+}
+
+}  // namespace
+
+py::dict from_solution(const Solution& s) {
+  py::list events;
+  for (const EventReport& e : s.events) {
+    py::dict d;
+    d["target_s"] = e.target_s;
+    d["achieved_s"] = e.achieved_s;
+    d["error_s"] = e.error_s;
+    d["error_retimed_s"] = e.error_retimed_s;
+    d["retime"] = e.retime;
+    d["excess"] = e.excess;
+    d["factors"] = from_factors(e.factors);
+    events.append(d);
+  }
+  py::list constraints;  // (error, factor)
+  for (const ConstraintReport& c : s.constraints) constraints.append(py::make_tuple(c.error, c.factor));
+  py::dict d;
+  d["constraints"] = constraints;
+  d["motion"] = std::const_pointer_cast<Motion>(s.motion);
+  d["score"] = s.score;
+  d["score_without_sound"] = s.score_without_sound;
+  d["succeeded"] = s.succeeded;
+  d["plausible"] = s.plausible;
+  d["events"] = events;
+  d["max_abs_error_s"] = s.max_abs_error_s;
+  d["missed_hits"] = s.missed_hits;
+  d["extra_hits"] = s.extra_hits;
+  d["max_penetration_m"] = s.max_penetration_m;
+  d["max_energy_gain_j"] = s.max_energy_gain_j;
+  d["simulated_s"] = s.simulated_s;
+  d["restitution"] = s.restitution;
+  d["friction"] = s.friction;
+  d["rung"] = s.rung;
+  py::list others;
+  for (const Solution& other : s.others) others.append(from_solution(other));
+  d["others"] = others;
+  d["search_log_weight"] = s.search_log_weight;
+  d["search_log_bound"] = s.search_log_bound;
+  d["kept"] = std::const_pointer_cast<KeptSearch>(s.kept);
+  return d;
+}
+
+void bind_solution(py::module_& m) {
+  auto& no_motion = py::register_exception<NoMotionError>(m, "NoMotionError", m.attr("IfaError"));
+  no_motion.doc() = "There is no motion to show: no first contact was found for this body and these marks.";
+}
+
+}  // namespace ifa::bindings
