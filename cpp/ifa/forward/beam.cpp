@@ -134,12 +134,15 @@ class Search {
     }
     // In groups, until there is one, or so much is simulated that more of this beam is not worth it: bodies
     // that roll on for long cost most.
-    constexpr std::size_t kGroup = 4 * kChunk;
+    // Where some end so but lie otherwise than is asked, more of the same is tried of fewer.
+    const bool lying = ended_soundly_;
+    const std::size_t group = lying ? kChunk : 4 * kChunk;
     const double most_s = beam_.simulated_s + kFinishPerState_s * static_cast<double>(options_.beam);
     for (const Tolerance& tolerance : {kPlausible, kTolerable})
-      for (std::size_t from = 0; from < last.size() && !ended_soundly_ && beam_.simulated_s < most_s;
-           from += kGroup)
-        end(from, std::min(last.size(), from + kGroup), tolerance);
+      for (std::size_t from = 0; from < last.size() && !ended_well_ && beam_.simulated_s < most_s;
+           from += group)
+        if (!ended_soundly_ || tolerance.excess <= kPlausible.excess)
+          end(from, std::min(last.size(), from + group), lying ? 1 : kFinishRounds, tolerance);
     std::stable_sort(beam_.leaves.begin(), beam_.leaves.end(), [](const Leaf& a, const Leaf& b) {
       if (a.violations != b.violations) return a.violations < b.violations;
       if (a.unmet != b.unmet) return a.unmet < b.unmet;
@@ -150,7 +153,7 @@ class Search {
 
  private:
   // Changes the last impact of some candidates of the last level.
-  void end(std::size_t from, std::size_t to, const Tolerance& tolerance) {
+  void end(std::size_t from, std::size_t to, int rounds, const Tolerance& tolerance) {
     const std::vector<Candidate>& last = beam_.levels.back().candidates;
     const auto chunks = chunks_of(from, to, kChunk, [&](std::size_t i) { return last[i].body; });
     std::vector<std::vector<Trial>> trials(chunks.size());
@@ -158,7 +161,7 @@ class Search {
       std::vector<RandomStream> random;
       for (std::size_t i = 0; i < chunks[c].size; ++i)
         random.push_back(stream(problem_.marks.size() * (kRounds + kLooseRounds), chunks[c].from + i));
-      trials[c] = expander.finish(std::span(last).subspan(chunks[c].from, chunks[c].size), kFinishRounds,
+      trials[c] = expander.finish(std::span(last).subspan(chunks[c].from, chunks[c].size), rounds,
                                   tolerance.excess, random);
     });
     for (std::size_t c = 0; c < chunks.size(); ++c)
@@ -222,7 +225,8 @@ class Search {
     const bool sound = leave.excess <= kPlausible.excess && log_factors >= kLeastLogFactors;
     const double log_rest = c.log_rest(problem_, passage);
     const bool met = log_rest >= std::log(kMetFactor);
-    ended_soundly_ |= sound && met;
+    ended_soundly_ |= sound;
+    ended_well_ |= sound && met;
     beam_.leaves.push_back({static_cast<int>(i), leave,
                             c.log_weight + log_factors + c.log_constraints + log_rest,
                             c.violations + (sound ? 0 : 1), c.unmet + (met ? 0 : 1), c.stretched});
@@ -232,8 +236,8 @@ class Search {
   const BeamOptions& options_;
   Progress* progress_;
   Beam& beam_;
-  bool ended_soundly_ = false;                    // some leaf
-  int fewest_violations_ = 0, fewest_unmet_ = 0;  // of the level that is gone on from
+  bool ended_soundly_ = false, ended_well_ = false;  // some leaf; and it lies as is asked at rest
+  int fewest_violations_ = 0, fewest_unmet_ = 0;     // of the level that is gone on from
 };
 
 }  // namespace

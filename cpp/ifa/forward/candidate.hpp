@@ -45,8 +45,8 @@ struct Candidate {
   double log_weight = 0.0;       // all factors of the events before, and of the transitions
   double first_amplitude = 0.0;  // of the first event
   int violations = 0;            // marks that were met, but not plausibly or with too low a Score
-  int stretched = 0;             // marks that were met by retiming more than kUnnoticed
-  Alignment alignment;           // of what the constraints have asked so far
+  int stretched = 0;    // marks that were met by retiming more than kUnnoticed; 0 where constraints weigh too
+  Alignment alignment;  // of what the constraints have asked so far
   double log_constraints = 0.0;  // of it: the factors of the constraints
   int unmet = 0;                 // orientations that were off by more than half their factor
   double toll = 0.0;             // a guess of what the constraints of the next mark, or of rest, will cost

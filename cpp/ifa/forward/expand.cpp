@@ -14,6 +14,7 @@ namespace {
 constexpr std::size_t kLengthClosings = 3;  // root searches of the last event's length for a candidate
 constexpr int kScattered = 8;               // changes tried for a candidate in one round
 constexpr double kSecondWeight = 0.3;       // of what is seen beyond the next mark, where changes will matter
+constexpr double kNoticed = 1.0;            // of the log weight: as much as 12 mm off a position
 constexpr double kEdge = 0.99;              // of the region's radius: as far as a change goes along a line
 constexpr double kOvershoot = 1.2;          // beyond where the mark should be, so that it is enclosed
 
@@ -139,7 +140,14 @@ void Expander::add_child(const Candidate& parent, std::size_t index, std::size_t
   child.alignment = parent.alignment;
   child.unmet = parent.unmet;
   child.constrain(problem, k + 1);
-  child.stretched = parent.stretched + (ratio > 1.0 + kUnnoticed ? 1 : 0);
+  child.stretched = parent.stretched;
+  if (ratio > 1.0 + kUnnoticed) {
+    // Where poses are asked too, what can be seen of a retiming is weighed against them.
+    if (marks.constraints.empty())
+      ++child.stretched;
+    else
+      child.log_weight -= kNoticed;
+  }
   children.push_back(child);
 }
 
@@ -251,10 +259,12 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
            std::log1p(t.passage.onset.hit.approach_speed_m_s / problem.physics.hearing.audible_speed_m_s);
   };
   std::vector<Trial> done(candidates.size()), best(candidates.size());
+  std::vector<char> hopeless(candidates.size(), 0);  // ends as asked but lies wrong, whatever is changed
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     done[i].candidate = i;
     done[i].excess = kNever;
     best[i] = trials_.unchanged(candidates, i, k);
+    hopeless[i] = best[i].meets && lies_for_good(problem, candidates[i]);
   }
   const auto keep = [&](const Trial& t) {
     if (flaw(t) < flaw(best[t.candidate])) best[t.candidate] = t;
@@ -272,7 +282,7 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
     };
     const double spread = std::pow(0.6, round);  // about the best so far
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      if (flaw(best[i]) == 0.0) continue;
+      if (flaw(best[i]) == 0.0 || hopeless[i]) continue;
       for (int j = 0; j < kScattered; ++j)
         add(trials, i, best[i].y + spread * random_change(largest_excess, random[i]));
     }

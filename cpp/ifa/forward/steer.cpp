@@ -15,6 +15,7 @@ constexpr std::size_t kSteered = 4;  // anchors of each candidate in each round
 constexpr double kLateWeight = 1e4;  // 1 % of an interval weighs as much as a change at the region's edge
 constexpr double kAstray = 0.1;      // of the way between two positions: how far off its line others may be
 constexpr double kLeastRise = 1e-3;  // of the height: what a ball or a balanced body takes to tip over
+constexpr double kLiesOff = 0.7;     // rad; beyond it a body lies on, or falls to, another face
 constexpr double kNear_m = 0.01;     // at least, where f_p halves
 
 // d rotation / d rotation vector, in world axes (the left Jacobian of SO(3)).
@@ -125,33 +126,56 @@ Aim::Step Aim::step(const Alignment& before, const Arrival& arrival, const Vec6&
   return {to, to.squaredNorm() + then.cost() - before.cost()};
 }
 
-double toll_at_rest(const Problem& problem, const Candidate& candidate, const Passage& passage) {
-  const Body& body = problem.bodies[static_cast<std::size_t>(candidate.body)];
-  double cost = 0.0;
-  for (const OrientationConstraint& c : problem.marks.constraints.orientations) {
-    if (c.mark != kAtRest) continue;
-    if (passage.next == Next::rest) return std::log1p(-candidate.log_rest(problem, passage));
-    const State& pose = candidate.onset.before;
-    const Vec3 turn = turn_to(seen(body, pose, c.body_direction.stableNormalized()), c.direction);
-    State goal = pose;
-    goal.orientation = (rotation_exp(turn) * pose.orientation).normalized();
-    goal.position.z() = 0.0;
-    const double weight_n = body.mass_kg() * problem.physics.simulation.gravity_m_s2.norm();
-    const double height_m = -lowest_gap_m(body, goal);
-    const double barrier_j = weight_n * std::max(body.bounding_radius_m() - height_m, kLeastRise * height_m);
-    const double energy_j =
-        kinetic_energy(body, candidate.onset.after) + weight_n * std::max(0.0, pose.position.z() - height_m);
-    cost += std::exp(-energy_j / barrier_j) * std::log1p(kOrientationWeight * turn.squaredNorm());
-  }
-  return cost;
-}
-
 Vec3 turn_to(const Vec3& now, const Vec3& wanted) {
   const Vec3 goal = wanted.stableNormalized();
   const double own = now.head<2>().norm();
   Vec3 steep = goal;
   if (own > 0.0) steep.head<2>() = goal.head<2>().norm() / own * now.head<2>();
   return rotation_log(Quat::FromTwoVectors(now, steep));
+}
+
+namespace {
+
+struct Tipping {
+  double turn_rad;  // to how it shall lie
+  double energy;    // above lying so; 1 is what may lift the body over any corner
+};
+
+Tipping tipping(const Problem& problem, const Candidate& candidate, const OrientationConstraint& asked) {
+  const Body& body = problem.bodies[static_cast<std::size_t>(candidate.body)];
+  const State& pose = candidate.onset.before;
+  const Vec3 turn = turn_to(seen(body, pose, asked.body_direction.stableNormalized()), asked.direction);
+  State goal = pose;
+  goal.orientation = (rotation_exp(turn) * pose.orientation).normalized();
+  goal.position.z() = 0.0;
+  const double height_m = -lowest_gap_m(body, goal);
+  const double weight_n = body.mass_kg() * problem.physics.simulation.gravity_m_s2.norm();
+  const double barrier_j = weight_n * std::max(body.bounding_radius_m() - height_m, kLeastRise * height_m);
+  const double energy_j =
+      kinetic_energy(body, candidate.onset.after) + weight_n * std::max(0.0, pose.position.z() - height_m);
+  return {turn.norm(), energy_j / barrier_j};
+}
+
+}  // namespace
+
+double toll_at_rest(const Problem& problem, const Candidate& candidate, const Passage& passage) {
+  double cost = 0.0;
+  for (const OrientationConstraint& c : problem.marks.constraints.orientations) {
+    if (c.mark != kAtRest) continue;
+    if (passage.next == Next::rest) return std::log1p(-candidate.log_rest(problem, passage));
+    const Tipping now = tipping(problem, candidate, c);
+    cost += std::exp(-now.energy) * std::log1p(kOrientationWeight * now.turn_rad * now.turn_rad);
+  }
+  return cost;
+}
+
+bool lies_for_good(const Problem& problem, const Candidate& candidate) {
+  constexpr double kTips = 0.5;  // a cube tips over an edge with 0.57 of what it takes over a corner
+  return std::ranges::any_of(problem.marks.constraints.orientations, [&](const OrientationConstraint& c) {
+    if (c.mark != kAtRest) return false;
+    const Tipping now = tipping(problem, candidate, c);
+    return now.energy < kTips && now.turn_rad > kLiesOff;
+  });
 }
 
 std::vector<Anchor> steer(Trials& trials, std::span<const Candidate> candidates, std::size_t k,

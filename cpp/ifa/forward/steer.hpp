@@ -73,6 +73,9 @@ Vec3 turn_to(const Vec3& now, const Vec3& wanted);
 // cannot tip over any more.
 double toll_at_rest(const Problem& problem, const Candidate& candidate, const Passage& passage);
 
+// Whether it lies otherwise than is asked at rest, with too little energy to tip over any more.
+bool lies_for_good(const Problem& problem, const Candidate& candidate);
+
 // More that come in time, and to where the constraints want the body: from the best of each candidate's
 // anchors, the change that a linear model of lateness, place and turn says. `seen` are other trials, for this
 // model. Some of them miss.
