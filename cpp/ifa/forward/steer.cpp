@@ -117,7 +117,7 @@ Aim::Step Aim::step(const Alignment& before, const Arrival& arrival, const Vec6&
       moment += kLateWeight * lateness->now_s / lateness->target_s * gradient;
     }
     double reluctance = 1.0;  // of excess, more where the step would leave the region
-    for (int more = 0; more < 8; ++more, reluctance *= 2.0) {
+    for (int more = 0; more < 40; ++more, reluctance *= 2.0) {
       change = -(normal + reluctance * Mat6::Identity()).ldlt().solve(moment + reluctance * y);
       if ((y + change).norm() <= radius) break;
     }

@@ -11,6 +11,8 @@
 namespace ifa {
 namespace {
 
+constexpr double kFarthest_m = 1e6;  // squares of what lies farther say nothing of centimetres
+
 void check_mark(const Marks& marks, std::size_t k) {
   if (k < marks.size()) return;
   throw ArgumentError("constraints: there is no mark " + std::to_string(k + 1) + ", only " +
@@ -59,6 +61,8 @@ void validate_constraints(const Marks& marks) {
   for (const PositionConstraint& c : marks.constraints.positions) {
     check_mark(marks, c.mark);
     if (!c.position_m.allFinite()) throw ArgumentError(name(c.mark) + ": its position is not finite");
+    if (!(c.position_m.cwiseAbs().maxCoeff() <= kFarthest_m))
+      throw ArgumentError(name(c.mark) + ": its position is farther than 1000 km from the origin");
     if (placed[c.mark]) throw ArgumentError(name(c.mark) + ": has two positions");
     placed[c.mark] = 1;
   }

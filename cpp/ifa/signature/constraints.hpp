@@ -48,8 +48,8 @@ double position_constraint_factor(double distance_m);    // f_p
 // Of directions of any length, rad; good for small angles and for those near a half turn.
 double angle_between_rad(const Vec3& a, const Vec3& b);
 
-// Throws ArgumentError naming the mark unless every mark exists, numbers are finite, directions are not 0, no
-// mark has two positions, and what is asked at rest is asked of a motion that comes to rest.
+// Throws ArgumentError naming the mark unless every mark exists, numbers are finite (positions within
+// 1000 km), directions are not 0, no mark has two positions, and what is asked at rest is asked of a motion that comes to rest.
 void validate_constraints(const Marks& marks);
 
 }  // namespace ifa

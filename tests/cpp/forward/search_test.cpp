@@ -6,8 +6,8 @@
 #include <thread>
 
 #include "ifa/base/error.hpp"
-#include "ifa/solution/solution.hpp"
 #include "ifa/forward/trial.hpp"
+#include "ifa/solution/solution.hpp"
 #include "solutions.hpp"
 
 namespace ifa {

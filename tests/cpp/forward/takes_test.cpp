@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "ifa/solution/solution.hpp"
 #include "ifa/motion/difference.hpp"
+#include "ifa/solution/solution.hpp"
 #include "solutions.hpp"
 
 namespace ifa {
