@@ -23,8 +23,9 @@ constexpr Rung kLadder[] = {{20'000, 1.0 + kPlausible.retime, kPlausible.excess}
                             {50'000, 1.0 + kMostRetime, 20.0},
                             {1'000'000, 1.0 + kMostRetime, 20.0}};
 
-constexpr std::size_t kPathsTried = 32;  // of a search
-constexpr int kRepeats = 8;              // of a search, without the splices that could not be flown
+constexpr std::size_t kPathsTried = 32;         // of a search
+constexpr std::size_t kConstrainedTried = 200;  // where poses are constrained, which the search does not see
+constexpr int kRepeats = 8;                     // of a search, without the splices that could not be flown
 
 SearchPhysics physics_with(SearchPhysics physics, double energy_gain_j) {
   physics.energy_gain_j = energy_gain_j;
@@ -49,7 +50,7 @@ class GraphSolver {
       if (rung > first && seconds_gone() > options_.time_budget_s) break;
       climb(rung);
       if (progress_) progress_->raise_to(static_cast<double>(rung - first + 1) / (last - first + 1));
-      if (!takes_.empty() && takes_.front().plausible && enough()) break;
+      if (!takes_.empty() && takes_.front().satisfies() && enough()) break;
     }
     if (takes_.empty())
       throw NoMotionError("database: no event in it can begin a motion that meets the first two marks");
@@ -70,11 +71,11 @@ class GraphSolver {
     layered.most_states = kLadder[rung].states;
     layered.most_retime = kLadder[rung].retime;
     layered.most_cost = kLadder[rung].cost;
-    layered.paths = kPathsTried;
+    layered.paths = marks_.constraints.empty() ? kPathsTried : kConstrainedTried;
     for (int repeat = 0; repeat < kRepeats; ++repeat) {
       const std::vector<GraphPath> paths =
           targets_.size() == 1
-              ? single_events(graph_.briefs(), targets_, kPathsTried)
+              ? single_events(graph_.briefs(), targets_, layered.paths)
               : search_layers(graph_.briefs(), graph_.transitions(), targets_, layered, progress_);
       std::size_t banned = layered.banned.size();
       for (const GraphPath& path : paths) {

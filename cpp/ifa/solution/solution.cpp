@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ifa/rigid/contact.hpp"
+#include "ifa/rigid/symmetry.hpp"
 #include "ifa/signature/placement.hpp"
 #include "ifa/solution/standard.hpp"
 
@@ -73,16 +74,38 @@ void count_hits(const Record& whole, const SearchPhysics& physics, const Marks& 
   }
 }
 
-// Puts a motion where its constraints want it.
-void place(const Body& body, const Constraints& asked, const Found& found, std::vector<Node>& nodes,
-           std::vector<Hit>& hits) {
+// What the constraints ask of the image of a motion under an element of the body's symmetry.
+Alignment aligned(const SymmetryElement& element, const Body& body, const Constraints& asked,
+                  const Found& found, const State& at_end) {
   Alignment alignment;
   for (std::size_t k = 0; k < found.links.size(); ++k)
-    alignment.add(asked, k, body, found.links[k].onset.before);
-  alignment.add(asked, kAtRest, body, nodes.back().state);
+    alignment.add(asked, k, body, image(element, found.links[k].onset.before));
+  alignment.add(asked, kAtRest, body, image(element, at_end));
+  return alignment;
+}
+
+// Puts a motion where its constraints want it, as that of its images that meets them best: under the body's
+// symmetry each is as good a motion and sounds the same, but another of the body's faces comes down, or it
+// goes the other way round.
+void place(const Body& body, const Constraints& asked, const Found& found, std::vector<Node>& nodes,
+           std::vector<Hit>& hits) {
+  constexpr double kBetter = 1e-9;  // images that rounding alone tells apart are equals: the first is taken
+  const State at_end = nodes.back().state;
+  SymmetryElement element;  // the identity
+  Alignment alignment = aligned(element, body, asked, found, at_end);
+  for (const SymmetryElement& other : Symmetry::of(body).elements())
+    if (const Alignment a = aligned(other, body, asked, found, at_end);
+        a.cost() < alignment.cost() - kBetter) {
+      element = other;
+      alignment = a;
+    }
   const Placement placement = alignment.best();
-  for (Node& node : nodes) node.state = placement.placed(node.state);
+  for (Node& node : nodes) node.state = placement.placed(image(element, node.state));
   for (Hit& hit : hits) {
+    if (!element.proper) {
+      hit.impulse_n_s = kWorldMirror * hit.impulse_n_s;
+      hit.position_m = kWorldMirror * hit.position_m;
+    }
     hit.impulse_n_s = placement.turned(hit.impulse_n_s);
     hit.position_m = placement.placed(hit.position_m);
   }
