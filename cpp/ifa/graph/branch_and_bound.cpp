@@ -52,13 +52,20 @@ class BranchAndBound {
            options_.time_limit_s;
   }
 
+  bool in_reach(double interval, double target) const {
+    return interval <= options_.most_retime * target && target <= options_.most_retime * interval;
+  }
+
   // Best first; `to` is the second event.
   std::vector<Edge> first_edges() const {
     const std::vector<NodeBrief>& nodes = graph_.briefs.nodes;
     std::vector<Edge> edges;
     for (const std::uint32_t i : graph_.briefs.by_interval) {
-      const double time = log_time_factor(interval_s(nodes[i], nodes[i]), targets_.intervals_s[0]);
-      if (time <= kLeastLogFactor || !fits(nodes[i + 1], targets_, 1)) continue;
+      const double interval = interval_s(nodes[i], nodes[i]);
+      const double time = log_time_factor(interval, targets_.intervals_s[0]);
+      if (time <= kLeastLogFactor || !in_reach(interval, targets_.intervals_s[0]) ||
+          !fits(nodes[i + 1], targets_, 1))
+        continue;
       const double log = time + log_sound(nodes[i], targets_, 0, nodes[i].amplitude) +
                          log_sound(nodes[i + 1], targets_, 1, nodes[i].amplitude);
       if (log > kNothing) edges.push_back({i + 1, false, log});
@@ -152,7 +159,7 @@ class BranchAndBound {
       const double interval = interval_s(nodes[from], nodes[spliced ? to - 1 : from]);
       const double log = log_static + log_time_factor(interval, targets_.intervals_s[k]) +
                          log_sound(nodes[to], targets_, k + 1, first_amplitude_);
-      if (log > kNothing) edges.push_back({to, spliced, log});
+      if (log > kNothing && in_reach(interval, targets_.intervals_s[k])) edges.push_back({to, spliced, log});
     };
     if (usable_edge(nodes[from]) && fits(nodes[from + 1], targets_, k + 1)) add(from + 1, false, 0.0);
     if (nodes[from].flight_s > 0.0f) {

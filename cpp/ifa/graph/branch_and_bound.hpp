@@ -19,6 +19,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <optional>
 
 #include "ifa/base/progress.hpp"
@@ -39,6 +40,9 @@ struct BranchAndBoundOptions {
   std::size_t depth = 5, keep = 2;               // edges; 0 is as 1
   std::size_t children = 5;                      // of a node, besides its own successor
   std::optional<double> early_exit_score = 0.3;  // of a complete path; none: only the time ends the search
+  // A target interval over an edge's, or the other way round. The paper has no such limit, and so may end
+  // early with a path whose Score is good and one edge of which is retimed by half.
+  double most_retime = std::numeric_limits<double>::infinity();
   double time_limit_s = 3600.0;
 };
 

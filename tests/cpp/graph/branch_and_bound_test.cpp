@@ -259,6 +259,30 @@ TEST(BranchAndBound, WhatCannotBeGoneIsGivenUp) {
   for (const std::size_t step : {0, 1, 2, 3, 4, 99}) EXPECT_EQ(steps_if_refused(step, 5), 3u);
 }
 
+TEST(BranchAndBound, RetimesNoMoreThanAsked) {
+  int changed = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const NodeColumns c = random_nodes(8, seed);
+    const Targets targets(marks_of({0.0, 0.11, 0.18, 0.33}, false, Ending::rest));
+    BranchAndBoundOptions options = thorough(9, 9);
+    const GraphPath any = search(c, targets, options, all_feasible);
+    options.most_retime = 1.2;
+    const GraphPath near = search(c, targets, options, all_feasible);
+    for (std::size_t k = 1; k < near.steps.size(); ++k) {
+      const Step& to = near.steps[k];
+      const double ratio =
+          static_cast<double>(c.flight_s[to.spliced ? to.node - 1 : near.steps[k - 1].node]) /
+          targets.intervals_s[k - 1];
+      EXPECT_LE(std::max(ratio, 1.0 / ratio), 1.2);
+    }
+    if (near.steps.size() == targets.size()) {
+      EXPECT_LE(near.log_weight, any.log_weight);
+    }
+    changed += near.steps.size() != any.steps.size() || near.log_weight != any.log_weight;
+  }
+  EXPECT_GT(changed, 0);
+}
+
 TEST(BranchAndBound, WithoutTimeThereIsAFirstEdge) {
   const NodeColumns c = random_nodes(8, 3);
   const Targets targets(marks_of({0.0, 0.11, 0.23, 0.33, 0.45}, false, Ending::rest));
