@@ -109,9 +109,12 @@ void bind_graph(py::module_& m) {
   m.def(
       "solve_graph",
       [](const ContactGraph& graph, const Marks& marks, double time_budget_s, int rung, int takes,
-         double energy_gain_j, double lead_in_s, bool /*branch_and_bound*/,
+         double energy_gain_j, double lead_in_s, bool branch_and_bound,
          const std::shared_ptr<Progress>& progress) {
-        const GraphOptions options{time_budget_s, rung, takes, energy_gain_j, lead_in_s};
+        const GraphOptions options{
+            time_budget_s, rung,
+            takes,         energy_gain_j,
+            lead_in_s,     branch_and_bound ? GraphSearch::branch_and_bound : GraphSearch::layered};
         return from_solution(run_interruptible<Solution>(
             progress, [&](Progress* p) { return solve_graph(graph, marks, options, p); }));
       },

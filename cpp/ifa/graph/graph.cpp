@@ -67,4 +67,10 @@ ContactGraph ContactGraph::of(const Database& database, double energy_gain_j, in
   return ContactGraph(parts);
 }
 
+const NodeTrees& ContactGraph::trees() const {
+  Parts::LazyTrees& trees = *parts_->trees;
+  std::call_once(trees.once, [&] { trees.made.emplace(database().nodes(), database().body()); });
+  return *trees.made;
+}
+
 }  // namespace ifa

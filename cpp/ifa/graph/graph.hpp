@@ -2,12 +2,14 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <optional>
 
 #include "ifa/graph/database.hpp"
 #include "ifa/graph/images.hpp"
 #include "ifa/graph/layered.hpp"
 #include "ifa/graph/transitions.hpp"
+#include "ifa/graph/trees.hpp"
 
 namespace ifa {
 
@@ -24,6 +26,7 @@ class ContactGraph {
   const Images& images() const { return parts_->images; }
   const Transitions& transitions() const { return parts_->transitions; }
   const Briefs& briefs() const { return parts_->briefs; }
+  const NodeTrees& trees() const;  // made by the first call; thread-safe
 
  private:
   struct Parts {
@@ -33,6 +36,11 @@ class ContactGraph {
     TransitionColumns made;        // either these
     std::optional<ArraySet> kept;  // or those
     Transitions transitions;       // what they hold
+    struct LazyTrees {
+      std::once_flag once;
+      std::optional<NodeTrees> made;
+    };
+    std::unique_ptr<LazyTrees> trees = std::make_unique<LazyTrees>();
   };
   explicit ContactGraph(std::shared_ptr<const Parts> parts) : parts_(std::move(parts)) {}
 

@@ -71,15 +71,6 @@ class Layer {
   std::vector<std::uint32_t> slots_;  // index + 1; 0 is free
 };
 
-bool usable_edge(const NodeBrief& b) { return (b.flags & kEdge) != 0 && (b.flags & kDubious) == 0; }
-
-// Whether a node can be event k: the last one ends as asked, from any other a body goes on.
-bool fits(const NodeBrief& node, const Targets& targets, std::size_t k) {
-  if ((node.flags & kDubious) != 0) return false;
-  if (k + 1 < targets.size()) return (node.flags & kEdge) != 0;
-  return !targets.rest || (node.flags & kTerminal) != 0;
-}
-
 class Search {
  public:
   Search(const Briefs& briefs, const Transitions& transitions, const Targets& targets,

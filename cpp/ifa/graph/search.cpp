@@ -18,6 +18,12 @@ NodeBrief brief_of(const Nodes& nodes, std::size_t i) {
           nodes.length_s[i], nodes.centroid_s[i], nodes.flags[i]};
 }
 
+bool fits(const NodeBrief& node, const Targets& targets, std::size_t k) {
+  if ((node.flags & kDubious) != 0) return false;
+  if (k + 1 < targets.size()) return (node.flags & kEdge) != 0;
+  return !targets.rest || (node.flags & kTerminal) != 0;
+}
+
 double log_sound(const NodeBrief& node, const Targets& targets, std::size_t k, double first_amplitude) {
   double log = 0.0;
   if (!targets.amplitudes.empty() && k > 0)

@@ -36,6 +36,12 @@ inline double interval_s(const NodeBrief& from, const NodeBrief& like) {
   return static_cast<double>(from.delay_s) + static_cast<double>(like.flight_s);
 }
 
+// Whether the simulated edge that leaves it can be part of a path.
+inline bool usable_edge(const NodeBrief& b) { return (b.flags & kEdge) != 0 && (b.flags & kDubious) == 0; }
+
+// Whether a node can be event k: the last one ends as asked (f_end), from any other a body goes on.
+bool fits(const NodeBrief& node, const Targets& targets, std::size_t k);
+
 // log f_a f_l f_c (eqs. 6 to 9) of a node that shall meet mark k on a path whose first event is that loud.
 double log_sound(const NodeBrief& node, const Targets& targets, std::size_t k, double first_amplitude);
 

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <vector>
 
+#include "ifa/graph/branch_and_bound.hpp"
 #include "ifa/graph/realise.hpp"
 #include "ifa/motion/difference.hpp"
 #include "ifa/solution/standard.hpp"
@@ -44,14 +45,11 @@ class GraphSolver {
         realiser_(graph.database(), physics_, graph.images()) {}
 
   Solution solve() {
-    const int first = std::max(options_.rung, 0),
-              last = options_.rung >= 0 ? options_.rung : graph_rung_count() - 1;
-    for (int rung = first; rung <= last; ++rung) {
-      if (rung > first && seconds_gone() > options_.time_budget_s) break;
-      climb(rung);
-      if (progress_) progress_->raise_to(static_cast<double>(rung - first + 1) / (last - first + 1));
-      if (!takes_.empty() && takes_.front().satisfies() && enough()) break;
-    }
+    // A single mark asks for no search: its node and the flight that leads there are the paper's answer too.
+    if (options_.search == GraphSearch::branch_and_bound && targets_.size() > 1)
+      branch_and_bound();
+    else
+      climb_ladder();
     if (takes_.empty())
       throw NoMotionError("database: no event in it can begin a motion that meets the first two marks");
     Solution best = takes_.front();
@@ -64,6 +62,32 @@ class GraphSolver {
 
   double seconds_gone() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+  }
+
+  void climb_ladder() {
+    const int first = std::max(options_.rung, 0),
+              last = options_.rung >= 0 ? options_.rung : graph_rung_count() - 1;
+    for (int rung = first; rung <= last; ++rung) {
+      if (rung > first && seconds_gone() > options_.time_budget_s) break;
+      climb(rung);
+      if (progress_) progress_->raise_to(static_cast<double>(rung - first + 1) / (last - first + 1));
+      if (!takes_.empty() && takes_.front().satisfies() && enough()) break;
+    }
+  }
+
+  void branch_and_bound() {
+    const Database& database = graph_.database();
+    BranchAndBoundOptions options;
+    options.most_retime = 1.0 + kMostRetime;  // what is retimed more does not succeed, whatever its Score
+    options.time_limit_s = options_.time_budget_s - seconds_gone();
+    const GraphPath path = search_branch_and_bound(
+        {database.nodes(), database.body(), graph_.briefs(), graph_.trees(),
+         physics_.simulation.gravity_m_s2.norm(), options_.energy_gain_j},
+        targets_, options, [this](const GraphPath& p) { return realiser_.realise(p, targets_).failed_step; },
+        progress_);
+    if (path.steps.empty()) return;
+    const Realised realised = realiser_.realise(path, targets_);
+    if (!realised.found.links.empty()) offer(realised.found, path, 0);
   }
 
   void climb(int rung) {
@@ -137,6 +161,8 @@ int graph_rung_count() { return static_cast<int>(std::size(kLadder)); }
 Solution solve_graph(const ContactGraph& graph, const Marks& marks, const GraphOptions& options,
                      Progress* progress) {
   validate(marks, graph.database().physics().hearing.merge_gap_s);
+  if (options.search == GraphSearch::branch_and_bound && options.rung > 0)
+    throw ArgumentError("rung: branch and bound has a single one, got " + std::to_string(options.rung));
   if (options.rung >= graph_rung_count())
     throw ArgumentError("rung: method=\"graph\" has " + std::to_string(graph_rung_count()) + " rungs, got " +
                         std::to_string(options.rung));
