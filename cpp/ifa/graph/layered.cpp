@@ -201,12 +201,15 @@ class Search {
                         return std::pair(-last[a].weight, last[a].node) <
                                std::pair(-last[b].weight, last[b].node);
                       });
+    // Of paths that go all the way: where these do not, there are none but among those that were dropped.
+    const bool whole = layers_.size() + 1 == targets_.size();
     double bound = dropped_;
-    for (const Entry& e : last) bound = std::max(bound, static_cast<double>(e.bound));
+    if (whole)
+      for (const Entry& e : last) bound = std::max(bound, static_cast<double>(e.bound));
     std::vector<GraphPath> paths;
     for (std::size_t p = 0; p < count; ++p) {
       GraphPath path;
-      path.log_weight = last[order[p]].weight;
+      path.log_weight = whole ? last[order[p]].weight : kNothing;
       path.log_bound = bound;
       std::uint32_t at = order[p];
       for (std::size_t l = layers_.size(); l-- > 0;) {

@@ -36,7 +36,7 @@ inline std::uint64_t splice_key(std::uint32_t from, std::uint32_t target) {
 
 // The best paths, one at most for each last node and loudness of the first, best first. `log_bound` bounds
 // all paths that begin with a simulated edge and go on along simulated edges and the transitions. Where no
-// path goes all the way, those that come farthest: with fewer steps. Two targets or more.
+// path goes all the way, those that come farthest: with fewer steps, and no weight. Two targets or more.
 std::vector<GraphPath> search_layers(const Briefs& briefs, const Transitions& transitions,
                                      const Targets& targets, const LayeredOptions& options,
                                      const Progress* progress = nullptr);
