@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ifa.body import Body
+from ifa.constraints import ConstraintReport
 from ifa.estimation import Estimate
 from ifa.explanation import Explanation
 from ifa.marks import MERGE_GAP_S, Signature
@@ -177,7 +178,21 @@ def solution_text(solution: Solution) -> str:
                 f"{event.excess:.3f}",
             )
         )
-    return "\n".join([*lines, *table(rows, align=">" * 6)])
+    lines += table(rows, align=">" * 6)
+    if solution.constraints:
+        lines += ["", *(constraint_text(report) for report in solution.constraints)]
+    return "\n".join(lines)
+
+
+def constraint_text(report: ConstraintReport) -> str:
+    """How far off a position or an orientation is, and whether that meets the constraint."""
+    mark = report.constraint.mark
+    at = "at rest" if mark == "rest" else f"mark {int(mark) + 1}"
+    if report.error_m is not None:
+        off = f"{1e3 * report.error_m:.1f} mm off its position"
+    else:
+        off = f"{report.error_deg:.1f} degrees off its orientation"
+    return f"{at}: {off}{'' if report.met else ', not met'}"
 
 
 def takes(solution: Solution, files: Sequence[str | None]) -> list[dict[str, Any]]:

@@ -49,7 +49,8 @@ double position_constraint_factor(double distance_m);    // f_p
 double angle_between_rad(const Vec3& a, const Vec3& b);
 
 // Throws ArgumentError naming the mark unless every mark exists, numbers are finite (positions within
-// 1000 km), directions are not 0, no mark has two positions, and what is asked at rest is asked of a motion that comes to rest.
+// 1000 km), directions are not 0, no mark has two positions, and what is asked at rest is asked of a motion
+// that comes to rest.
 void validate_constraints(const Marks& marks);
 
 }  // namespace ifa

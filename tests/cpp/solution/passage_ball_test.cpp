@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "solution/passages.hpp"
 #include "sample_bodies.hpp"
+#include "solution/passages.hpp"
 
 namespace ifa {
 namespace {

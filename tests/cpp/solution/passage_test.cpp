@@ -10,8 +10,8 @@
 #include <string>
 
 #include "contact_intervals.hpp"
-#include "solution/passages.hpp"
 #include "sample_bodies.hpp"
+#include "solution/passages.hpp"
 
 namespace ifa {
 namespace {
