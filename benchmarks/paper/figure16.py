@@ -135,9 +135,9 @@ def draw(rows: Sequence[Row], path: Path) -> None:
     import matplotlib.pyplot as plt
 
     styles = {
-        "branch_and_bound": ("#edae49", "s", "-"),
-        "exact": ("#d1495b", "o", "-"),
-        "forward": ("#22313f", "", "--"),
+        "branch_and_bound": ("#edae49", "s", 8, "-"),
+        "exact": ("#d1495b", "o", 5, "-"),
+        "forward": ("#22313f", "", 0, "--"),
     }
     names = list(dict.fromkeys(row.body for row in rows))
     figure, panels = plt.subplots(
@@ -145,7 +145,7 @@ def draw(rows: Sequence[Row], path: Path) -> None:
         layout="constrained",
     )  # fmt: skip
     for axes, name in zip(panels[0], names, strict=True):
-        for method, (colour, marker, stroke) in styles.items():
+        for method, (colour, marker, size_pt, stroke) in styles.items():
             own = [row for row in rows if (row.body, row.method) == (name, method)]
             sizes = sorted({row.simulations for row in own})
             means = [_mean_score([r for r in own if r.simulations == size]) for size in sizes]
@@ -153,11 +153,11 @@ def draw(rows: Sequence[Row], path: Path) -> None:
                 axes.axhline(means[0], color=colour, ls=stroke, lw=1.4, label=METHODS[method])
             elif sizes:
                 axes.plot(
-                    sizes, means, stroke, color=colour, marker=marker, ms=5, label=METHODS[method],
-                    clip_on=False, zorder=3,
+                    sizes, means, stroke, color=colour, marker=marker, ms=size_pt,
+                    label=METHODS[method], clip_on=False, zorder=3,
                 )  # fmt: skip
         mean_n = fmean(row.marks for row in rows if row.body == name)
-        axes.set_title(f"{name}, n = {mean_n:.1f}", fontsize=10)
+        axes.set_title(f"{name}, n = {mean_n:.3g}", fontsize=10)
         axes.set_xscale("log")
         axes.set_ylim(0.0, 1.0)
         axes.set_xlabel("simulations in the database")
