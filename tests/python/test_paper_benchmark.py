@@ -183,7 +183,7 @@ def test_table_2_with_tosses_made_here(tmp_path, capsys):
 
     output = tmp_path / "out"
     run = ["table2", "--small", "--shared", str(tmp_path), "--output", str(output)]
-    assert benchmark.main([*run, "--time-budget", "0.5"]) == 0
+    assert benchmark.main(run) == 0  # 10 s a solve; what is needed takes 0.1 s
     rows = rows_of(output / "table2.csv")
     assert [(row["toss"], row["method"]) for row in rows] == [
         (toss.name, method) for toss in found for method in ("exact", "forward")
