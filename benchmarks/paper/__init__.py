@@ -1,0 +1,1 @@
+"""Tables 1 and 2 and Figure 16 of the paper, made again."""
