@@ -56,7 +56,9 @@ def test_a_simulation_of_the_database_is_found_again(die, database):
 
 
 def test_the_papers_search_runs_too(die, database, marks):
-    solution = ifa.solve(die, marks[0], method="graph", database=database, search="branch_and_bound")
+    solution = ifa.solve(
+        die, marks[0], method="graph", database=database, search="branch_and_bound"
+    )
     assert solution.search["kind"] == "branch_and_bound"
 
 
@@ -74,7 +76,7 @@ def test_a_die_lands_on_any_face(die, database, marks, face):
     m, plain = next((m, s) for m, s in zip(marks, free, strict=True) if s.succeeded)
     solution = ifa.solve(die, m, method="graph", database=database, constraints=[asked])
     assert solution.succeeded
-    # a cube looks the same from all sides: another face costs nothing, down to where it stands on it
+    # a cube looks the same from all sides, so another face costs nothing; it stands on it
     assert solution.constraints[0].error_deg < 0.1
     assert solution.score >= plain.score - 1e-6
 
@@ -117,7 +119,9 @@ def test_takes_differ(die, database, marks):
     ],
 )
 def test_what_does_not_go_together(die, database, marks, keywords, message):
-    given = {} if message == "database: " and keywords["method"] == "graph" else {"database": database}
+    given = (
+        {} if message == "database: " and keywords["method"] == "graph" else {"database": database}
+    )
     with pytest.raises(ifa.IfaValueError, match=f"^{message}"):
         ifa.solve(die, marks[0], **given, **keywords)
 
@@ -133,10 +137,8 @@ def test_another_body_is_refused(database, marks):
 def test_on_the_command_line(database, marks, tmp_path, capsys):
     labels, out = tmp_path / "marks.json", tmp_path / "motion.json"
     marks[0].write(labels)
-    code = cli.main(
-        ["solve", "d6", str(labels), "--method", "graph", "--database", str(database.path)]
-        + ["-o", str(out), "--json"]
-    )
+    words = ["solve", "d6", str(labels), "--method", "graph", "--database", str(database.path)]
+    code = cli.main([*words, "-o", str(out), "--json"])
     printed = json.loads(capsys.readouterr().out)
     assert code == (0 if printed["succeeded"] else 3)
     assert printed["method"] == "graph"

@@ -14,7 +14,7 @@ GROUPS = {
 
 
 def test_groups_of_the_library():
-    for name in ifa.bodies.names():
+    for name in GROUPS:
         symmetry = ifa.bodies.get(name).symmetry
         assert (symmetry.name, symmetry.order) == GROUPS[name], name
 

@@ -98,8 +98,8 @@ inline const Mat3 kWorldMirror = Vec3(1.0, -1.0, 1.0).asDiagonal();
 // The state that the body is in when it moves as `s` does but with its points relabelled by g. Proper: only
 // the orientation differs, R' = R g^-1. Improper: with M = kWorldMirror
 //     R' = M R g^-1      x' = M x      v' = M v      omega' = -M omega (an axial vector)
-// Simulating the image is the image of the simulation; impulses and points of contact go by M. (But for slides
-// on four points or more, whose loads the engine finds by the order of the points; see CONVENTIONS.)
+// Simulating the image is the image of the simulation; impulses and points of contact go by M. (But for
+// slides on four points or more, whose loads the engine finds by the order of the points; see CONVENTIONS.)
 State image(const SymmetryElement& g, const State& s);
 
 }  // namespace ifa

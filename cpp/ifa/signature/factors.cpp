@@ -13,9 +13,9 @@ constexpr double kThetaAngular = 10.0 * std::numbers::pi / 180.0;
 constexpr double kPhiLinear = 0.4;
 constexpr double kPhiAngular = 0.2;
 constexpr double kOrientation = 0.85;  // c_q; with T_0: halfwidth 0.9 rad/s, about 10 degrees
-constexpr double kTime = 100.0;         // c_t, halfwidth 7 % retiming
-constexpr double kAmplitude = 2.78;     // c_a, halfwidth 0.5
-constexpr double kDuration = 7000.0;    // c_Delta, halfwidth 10 ms
+constexpr double kTime = 100.0;        // c_t, halfwidth 7 % retiming
+constexpr double kAmplitude = 2.78;    // c_a, halfwidth 0.5
+constexpr double kDuration = 7000.0;   // c_Delta, halfwidth 10 ms
 
 constexpr double kLeastChange = 0.01;  // m/s
 

@@ -46,7 +46,8 @@ struct Solution {
   double simulated_s = 0.0;                  // in all, on the motion's own rung
   double restitution = 0.0, friction = 0.0;  // that the motion was made with
   int rung = 0;
-  // Of the graph's search: the log weight of the path, and what no path of it exceeds (Score = exp(it / 6 n)).
+  // Of the graph's search: the log weight of the path, and what no path of it exceeds (Score = exp(it / 6
+  // n)).
   double search_log_weight = 0.0, search_log_bound = 0.0;
   std::vector<Solution> others;  // further takes, best first; this motion is the one that `takes` = 1 gives
   std::shared_ptr<const KeptSearch> kept;
