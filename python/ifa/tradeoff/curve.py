@@ -1,0 +1,75 @@
+"""What a knob costs and what it buys: settings that are measured, and the curve that they make."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ifa.body import Body
+from ifa.marks import Signature
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What is solved while the knobs are turned."""
+
+    body: Body
+    marks: Signature
+    seed: int = 0
+    threads: int | None = None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One run of a setting: its time beside its error.
+
+    error: of the study's own measure, 0 is exact. failure: why there is no error (then `error` does
+    not count); empty where the run did what it should.
+    """
+
+    time_s: float
+    error: float
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One position of a knob. `run(k)` is its k-th repeat; searches take k for their seed."""
+
+    label: str
+    run: Callable[[int], Outcome]
+    series: str = ""  # settings of one series are joined by a line
+
+
+@dataclass(frozen=True)
+class Study:
+    """One knob on one scene."""
+
+    knob: str  # a file name: "beam", "engine_step"
+    title: str
+    error_name: str  # with its unit: "contact-time error, ms"
+    settings: tuple[Setting, ...]
+    note: str = ""  # how the error is measured, against what
+
+
+@dataclass(frozen=True)
+class Point:
+    """A setting, measured: medians and the least and largest of its repeats that did not fail."""
+
+    label: str
+    series: str
+    time_s: float
+    time_range_s: tuple[float, float]
+    error: float  # NaN where all repeats failed
+    error_range: tuple[float, float]
+    repeats: int
+    failures: tuple[str, ...]  # one for each repeat that failed
+    on_front: bool  # no other point is both faster and more accurate (Pareto)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A study, measured."""
+
+    study: Study
+    points: tuple[Point, ...]
