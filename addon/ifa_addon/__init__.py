@@ -5,7 +5,19 @@ import atexit
 
 import bpy
 
-from . import core, job, operators, panel, properties
+from . import (
+    core,
+    job,
+    live,
+    marking,
+    overlay,
+    panel,
+    presets,
+    properties,
+    repairs,
+    results,
+    solving,
+)
 
 bl_info = {
     "name": "Inverse-Foley Animation",
@@ -17,13 +29,15 @@ bl_info = {
     "category": "Animation",
 }
 
-_MODULES = (properties, operators, panel)
+# In this order: properties come first, panels name operators.
+_MODULES = (properties, solving, marking, repairs, live, presets, panel, overlay)
 
 
 @bpy.app.handlers.persistent
 def _before_load(*_) -> None:
-    """A solve belongs to the file it was started in."""
+    """A solve belongs to the file it was started in, and so do its motions."""
     job.cancel_all()
+    results.forget()
 
 
 def _at_exit() -> None:
@@ -32,7 +46,10 @@ def _at_exit() -> None:
 
 def register() -> None:
     for module in _MODULES:
-        module.register()
+        for cls in getattr(module, "CLASSES", ()):
+            bpy.utils.register_class(cls)
+        if hasattr(module, "start"):
+            module.start()
     bpy.app.handlers.load_pre.append(_before_load)
     atexit.register(_at_exit)
 
@@ -41,6 +58,10 @@ def unregister() -> None:
     atexit.unregister(_at_exit)
     bpy.app.handlers.load_pre.remove(_before_load)
     job.cancel_all(wait_s=job.EXIT_WAIT_S)
+    results.forget()
     for module in reversed(_MODULES):
-        module.unregister()
+        if hasattr(module, "stop"):
+            module.stop()
+        for cls in reversed(getattr(module, "CLASSES", ())):
+            bpy.utils.unregister_class(cls)
     core.remove_paths()

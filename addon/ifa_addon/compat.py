@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 import bpy
 
 
@@ -44,8 +46,67 @@ def draw_progress(layout, fraction: float, text: str) -> None:
         layout.prop(bpy.context.window_manager, "ifa_progress", text=text, slider=True)
 
 
+_LIGHTS = {"MET": "COLOR_04", "SHOWS": "COLOR_03", "MISSED": "COLOR_01"}  # green, yellow, red
+
+
+def light_icon(light: str) -> str:
+    """An icon in the colour of a traffic light; strips' colours, whose icons were renamed."""
+    icons = bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items
+    for prefix in ("STRIP_", "SEQUENCE_"):
+        if prefix + _LIGHTS.get(light, "COLOR_09") in icons:
+            return prefix + _LIGHTS.get(light, "COLOR_09")
+    return "DOT"
+
+
 def redraw_views() -> None:
+    kinds = {"VIEW_3D", "DOPESHEET_EDITOR", "SEQUENCE_EDITOR", "GRAPH_EDITOR"}
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
-            if area.type == "VIEW_3D":
+            if area.type in kinds:
                 area.tag_redraw()
+
+
+def undo_push(context, message: str) -> None:
+    """An undo step of its own, where no modal operator such as a drag is about to make one."""
+    if bpy.app.background or not context.window_manager.windows:
+        return
+    window = context.window or context.window_manager.windows[0]
+    if len(getattr(window, "modal_operators", ())):
+        return
+    with context.temp_override(window=window):
+        if bpy.ops.ed.undo_push.poll():
+            bpy.ops.ed.undo_push(message=message)
+
+
+def fill_disk(x: float, y: float, radius: float, colour: tuple[float, ...]) -> None:
+    """A filled disk in pixels of the region that is being drawn."""
+    import gpu
+    from gpu_extras.batch import batch_for_shader
+
+    try:
+        shader = gpu.shader.from_builtin("UNIFORM_COLOR")
+    except (ValueError, SystemError):  # named so before Blender 4
+        shader = gpu.shader.from_builtin("2D_UNIFORM_COLOR")
+    rim = [(x + radius * math.cos(a), y + radius * math.sin(a)) for a in _TURNS]
+    triangles = [((x, y), rim[i], rim[i + 1]) for i in range(len(rim) - 1)]
+    points = [corner for triangle in triangles for corner in triangle]
+    if hasattr(shader, "attrs_info_get") and dict(shader.attrs_info_get()).get("pos") != "VEC2":
+        points = [(px, py, 0.0) for px, py in points]
+    batch = batch_for_shader(shader, "TRIS", {"pos": points})
+    shader.bind()
+    shader.uniform_float("color", colour)
+    gpu.state.blend_set("ALPHA")
+    batch.draw(shader)
+    gpu.state.blend_set("NONE")
+
+
+_TURNS = [2 * math.pi * k / 16 for k in range(17)]
+
+
+def font_size(pixels: int) -> None:
+    import blf
+
+    try:
+        blf.size(0, pixels)
+    except TypeError:  # a third argument before Blender 4
+        blf.size(0, pixels, 72)

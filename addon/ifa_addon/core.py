@@ -9,9 +9,10 @@ import os
 import re
 import sys
 import tempfile
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -69,6 +70,8 @@ class Inputs:
     material: str
     seed: int
     time_budget_s: float
+    takes: int = 1
+    energy_gain_j: float = 0.0
     sound_path: str = ""
     sound_bytes: bytes = field(default=b"", repr=False)  # of a sound packed into the .blend
 
@@ -84,19 +87,23 @@ class Inputs:
                 state.update(value if isinstance(value, bytes) else repr(value).encode())
         return state.hexdigest()
 
+    def but_for_marks(self) -> str:
+        """A digest of all else: an earlier solve can be gone on from where it agrees."""
+        return replace(self, mark_names=(), mark_times_s=()).digest()
+
 
 @dataclass(frozen=True)
 class Outcome:
     """A solved motion with what is needed to write and report it."""
 
-    solution: object
+    solution: Any
     centre_of_mass_m: np.ndarray  # in the object's scaled axes
     mark_names: tuple[str, ...]
     notes: tuple[str, ...] = ()
 
 
-def solve(ifa: ModuleType, inputs: Inputs, progress: object) -> Outcome:
-    """Blocks until solved; raises ifa.IfaError (ifa.Cancelled after progress.cancel())."""
+def problem(ifa: ModuleType, inputs: Inputs) -> tuple[Any, Any]:
+    """The body and the marks of the core; raises ifa.IfaError."""
     body = ifa.Body.from_triangles(
         inputs.vertices_m, inputs.triangles, name=inputs.name, **inputs.material_keywords
     )
@@ -108,19 +115,45 @@ def solve(ifa: ModuleType, inputs: Inputs, progress: object) -> Outcome:
             marks = marks.with_sound(str(path))
     elif inputs.sound_path:
         marks = marks.with_sound(inputs.sound_path)
+    return body, marks
+
+
+def solve(ifa: ModuleType, inputs: Inputs, progress: object, reuse: Any = None) -> Outcome:
+    """Blocks until solved; raises ifa.IfaError (ifa.Cancelled after progress.cancel()).
+
+    `reuse`: the solution of the same body and options whose marks have moved a little since.
+    """
+    body, marks = problem(ifa, inputs)
     solution = ifa.solve(
         body,
         marks,
         seed=inputs.seed,
         time_budget_s=inputs.time_budget_s,
         material=inputs.material,
+        energy_gain_j=inputs.energy_gain_j,
+        takes=inputs.takes,
         progress=progress,
+        reuse=reuse,
     )
     return Outcome(
         solution,
         np.asarray(body.centre_of_mass_m, dtype=np.float64),
         inputs.mark_names,
         tuple(str(note) for note in body.notes),
+    )
+
+
+def explain(ifa: ModuleType, inputs: Inputs, progress: object) -> Any:
+    """The ifa.Explanation of why these marks are not met, and the repairs that work."""
+    body, marks = problem(ifa, inputs)
+    return ifa.explain(
+        body,
+        marks,
+        material=inputs.material,
+        energy_gain_j=inputs.energy_gain_j,
+        seed=inputs.seed,
+        time_budget_s=inputs.time_budget_s,
+        progress=progress,
     )
 
 
@@ -134,16 +167,12 @@ def readable(error: Exception, mark_names: tuple[str, ...]) -> str:
     return re.sub(r"\bmark (\d+)\b", name, str(error)) or type(error).__name__
 
 
-def worst_error_ms(outcome: Outcome) -> float:
-    return 1e3 * float(outcome.solution.max_abs_error_s)
-
-
-def describe(outcome: Outcome) -> str:
+def describe(solution: Any, mark_names: tuple[str, ...]) -> str:
     """One sentence for the panel and the report; a failure names its marks."""
-    solution = outcome.solution
-    figures = f"score {solution.score:.2f}, worst error {worst_error_ms(outcome):.2f} ms"
+    worst_ms = 1e3 * float(solution.max_abs_error_s)
+    figures = f"score {solution.score:.2f}, worst error {worst_ms:.2f} ms"
     if solution.succeeded:
         return f"Solved: {figures}, {'plausible' if solution.plausible else 'not plausible'}"
     report = importlib.import_module("ifa.report")
-    reasons = report.shortcomings(solution, outcome.mark_names, open_ending="Ending: Open")
+    reasons = report.shortcomings(solution, mark_names, open_ending="Ending: Open")
     return f"No acceptable motion: {'; '.join(reasons)} ({figures}); the best one found is keyed"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tab IFA in the 3D view's sidebar."""
+"""The tab IFA in the sidebars of the 3D view, the Dope Sheet and the Sequencer."""
 
 from __future__ import annotations
 
@@ -7,20 +7,10 @@ import textwrap
 
 import bpy
 
-from . import compat, core, job, properties, scene
+from . import compat, core, job, presets, properties, scene
 
 
-class _Panel:
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "IFA"
-
-    @classmethod
-    def poll(cls, context):
-        return context.object is not None and context.object.type == "MESH"
-
-
-def _paragraph(layout, context, text: str, icon: str = "NONE") -> None:
+def paragraph(layout, context, text: str, icon: str = "NONE") -> None:
     """A wrapped text: labels cut what does not fit the sidebar."""
     width = max(16, int(context.region.width / (7.5 * context.preferences.system.ui_scale)) - 4)
     column = layout.column(align=True)
@@ -29,12 +19,19 @@ def _paragraph(layout, context, text: str, icon: str = "NONE") -> None:
         icon = "BLANK1"
 
 
-class IFA_PT_main(_Panel, bpy.types.Panel):
-    bl_label = "Inverse-Foley Animation"
+class IFA_UL_marks(bpy.types.UIList):
+    """A light, the marker's name and the error of each mark."""
 
-    @classmethod
-    def poll(cls, context):
-        return True
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0):
+        row = layout.row(align=True)
+        row.label(text=item.name, icon=compat.light_icon(item.light))
+        side = row.row()
+        side.alignment = "RIGHT"
+        side.label(text="missed" if item.light == "MISSED" else f"{item.error_ms:+.2f} ms")
+
+
+class Main:
+    bl_label = "Inverse-Foley Animation"
 
     def draw(self, context):
         layout = self.layout
@@ -42,67 +39,77 @@ class IFA_PT_main(_Panel, bpy.types.Panel):
         try:
             core.load(properties.core_path())
         except core.CoreMissing as error:
-            _paragraph(layout, context, str(error), "ERROR")
+            paragraph(layout, context, str(error), "ERROR")
             return
         if obj is None or obj.type != "MESH":
             layout.label(text="Select a mesh object", icon="INFO")
             return
+        self._draw_solve(context)
+        own = obj.ifa
+        if job.failure and job.running() is None:
+            box = layout.box()
+            box.alert = True
+            paragraph(box, context, job.failure, "ERROR")
+        if own.action is not None:
+            self._draw_result(context, own)
+            self._draw_repairs(context, own)
+            layout.operator("ifa.clear", icon="X")
+
+    def _draw_solve(self, context) -> None:
+        layout = self.layout
         running = job.running()
         if running is not None:
             row = layout.row(align=True)
-            text = f"Solving {running.label}"
-            compat.draw_progress(row, running.fraction, text)
+            compat.draw_progress(row, running.fraction, f"Solving {running.label}")
             row.operator("ifa.cancel", text="", icon="X")
-        else:
-            row = layout.row()
-            row.scale_y = 1.4
-            row.operator("ifa.solve", icon="PLAY")
-        if job.failure and running is None:
-            box = layout.box()
-            box.alert = True
-            _paragraph(box, context, job.failure, "ERROR")
-        own = obj.ifa
-        if own.action is not None:
-            self._draw_result(context, own)
-            layout.operator("ifa.clear", icon="X")
+            return
+        others = len(scene.bodies(context, "SELECTED")) - 1
+        row = layout.row(align=True)
+        row.scale_y = 1.4
+        text = "Solve" if others < 1 else f"Solve {others + 1} Bodies"
+        row.operator("ifa.solve", text=text, icon="PLAY")
+        row.prop(context.scene.ifa, "live", text="", icon="AUTO", toggle=True)
 
     def _draw_result(self, context, own) -> None:
         box = self.layout.box()
         if not own.succeeded:
-            box.alert = True
-            _paragraph(box, context, own.result, "ERROR")
-            return
-        box.label(text="Succeeded", icon="CHECKMARK")
-        box.label(
-            text="Plausible" if own.plausible else "Not plausible",
-            icon="CHECKMARK" if own.plausible else "ERROR",
-        )
+            alert = box.column()
+            alert.alert = True
+            paragraph(alert, context, own.result, "ERROR")
+        else:
+            word = "plausible" if own.plausible else "not plausible"
+            box.label(text=f"Succeeded, {word}", icon="CHECKMARK" if own.plausible else "INFO")
         column = box.column(align=True)
-        column.label(text=f"Score: {own.score:.2f}")
-        column.label(text=f"Worst error: {own.worst_error_ms:.2f} ms")
+        column.label(text=f"Score {own.score:.2f}, worst error {own.worst_error_ms:.2f} ms")
+        column.label(text=f"Solved in {own.solve_s:.2f} s")
+        if own.takes_found > 1:
+            row = box.row(align=True)
+            row.operator("ifa.take", text="", icon="TRIA_LEFT").step = -1
+            row.label(text=f"Take {own.take} of {own.takes_found}")
+            row.operator("ifa.take", text="", icon="TRIA_RIGHT").step = 1
+
+    def _draw_repairs(self, context, own) -> None:
+        if own.plausible:
+            return
+        box = self.layout.box()
+        if not own.repairs:
+            box.operator("ifa.explain", icon="TOOL_SETTINGS")
+            return
+        box.label(text="Repairs that work", icon="TOOL_SETTINGS")
+        column = box.column(align=True)
+        for index, repair in enumerate(own.repairs):
+            icon = "CHECKMARK" if repair.plausible else "DOT"
+            text = _shortened(repair.name, context)
+            column.operator("ifa.repair", text=text, icon=icon).index = index
 
 
-class IFA_PT_body(_Panel, bpy.types.Panel):
-    bl_label = "Body"
-    bl_parent_id = "IFA_PT_main"
-
-    def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        own = context.object.ifa
-        layout.label(text=context.object.name, icon="MESH_CUBE")
-        layout.prop(own, "mass_from")
-        layout.prop(own, "density_kg_m3" if own.mass_from == "DENSITY" else "mass_kg")
-        layout.prop(own, "surface")
-        layout.prop(own, "restitution")
-        layout.prop(own, "friction")
-        layout.prop(own, "material")
+def _shortened(text: str, context) -> str:
+    width = max(20, int(context.region.width / (7.5 * context.preferences.system.ui_scale)) - 8)
+    return text if len(text) <= width else text[: width - 1] + "…"
 
 
-class IFA_PT_marks(_Panel, bpy.types.Panel):
+class Marks:
     bl_label = "Marks and Sound"
-    bl_parent_id = "IFA_PT_main"
 
     def draw(self, context):
         layout = self.layout
@@ -122,44 +129,85 @@ class IFA_PT_marks(_Panel, bpy.types.Panel):
         try:
             found = scene.marks(target, own.marker_filter, scene.timing(target))
         except scene.SceneError as error:
-            _paragraph(layout, context, str(error), "ERROR")
+            paragraph(layout, context, str(error), "ERROR")
             return
         if not found:
-            _paragraph(layout, context, "No marks: put a timeline marker on each contact", "INFO")
+            paragraph(layout, context, "No marks: put a timeline marker on each contact", "INFO")
             return
         plural = "s" if len(found) > 1 else ""
         layout.label(text=f"{len(found)} mark{plural}", icon="MARKER_HLT")
+        if own.mark_reports:
+            layout.template_list(
+                "IFA_UL_marks", "", own, "mark_reports", own, "mark_index", rows=3, maxrows=8
+            )
+            if own.mark_index < len(own.mark_reports):
+                chosen = own.mark_reports[own.mark_index]
+                paragraph(layout, context, f"{chosen.name}: {chosen.text}")
         dragged = [mark.name for mark in found if mark.dragged]
         if dragged:
             names = ", ".join(dragged)
-            _paragraph(layout, context, f"Moved since solved or loaded: {names}", "ERROR")
+            paragraph(layout, context, f"Moved since solved or loaded: {names}", "ERROR")
         if any(mark.exact for mark in found):
             layout.operator("ifa.use_frames")
 
 
-class IFA_PT_options(_Panel, bpy.types.Panel):
-    bl_label = "Solve Options"
-    bl_parent_id = "IFA_PT_main"
+class Body:
+    bl_label = "Body"
+
+    def draw_header_preset(self, context):
+        presets.IFA_PT_body_presets.draw_panel_header(self.layout)
 
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
         own = context.object.ifa
-        layout.prop(own, "ending")
-        layout.prop(own, "place")
-        layout.prop(own, "seed")
-        layout.prop(own, "time_budget_s")
+        layout.label(text=context.object.name, icon="MESH_CUBE")
+        layout.prop(own, "mass_from")
+        layout.prop(own, "density_kg_m3" if own.mass_from == "DENSITY" else "mass_kg")
+        layout.prop(own, "surface")
+        layout.prop(own, "restitution")
+        layout.prop(own, "friction")
+        layout.prop(own, "material")
+        layout.prop(own, "is_body")
 
 
-CLASSES = (IFA_PT_main, IFA_PT_body, IFA_PT_marks, IFA_PT_options)
+class Options:
+    bl_label = "Solve Options"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        own = context.object.ifa
+        for name in ("ending", "place", "seed", "takes", "time_budget_s", "energy_gain_j"):
+            layout.prop(own, name)
 
 
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+class _Child:
+    @classmethod
+    def poll(cls, context):
+        return context.object is not None and context.object.type == "MESH"
 
 
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+_SPACES = {"": "VIEW_3D", "_dopesheet": "DOPESHEET_EDITOR", "_sequencer": "SEQUENCE_EDITOR"}
+_PARTS = {"main": Main, "marks": Marks, "body": Body, "options": Options}
+
+
+def _panels() -> tuple[type, ...]:
+    """Each part once for each sidebar: Blender wants a class for every space."""
+    made = []
+    for ending, space in _SPACES.items():
+        for name, part in _PARTS.items():
+            place = {"bl_space_type": space, "bl_region_type": "UI", "bl_category": "IFA"}
+            bases = (part, bpy.types.Panel)
+            if part is not Main:
+                place["bl_parent_id"] = f"IFA_PT_main{ending}"
+                bases = (_Child, *bases)
+            made.append(type(f"IFA_PT_{name}{ending}", bases, place))
+    return tuple(made)
+
+
+PANELS = _panels()
+CLASSES = (IFA_UL_marks, *PANELS)

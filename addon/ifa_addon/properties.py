@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import (
     BoolProperty,
+    CollectionProperty,
     EnumProperty,
     FloatProperty,
     FloatVectorProperty,
@@ -14,7 +15,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import job
+from . import job, live
 
 # What a resin die lands on: restitution and friction to start from, the same estimates as those of
 # ifa.bodies. Material "Fit" refines them.
@@ -41,11 +42,43 @@ def _leave_preset(self, context) -> None:
             self.surface = "CUSTOM"
 
 
+def _switch_live(self, context) -> None:
+    live.switch(self.live)
+
+
+class IFA_PG_mark(bpy.types.PropertyGroup):
+    """How one mark was met by the motion that is keyed; `name` is the marker's."""
+
+    time_s: FloatProperty(options={"HIDDEN"})
+    error_ms: FloatProperty(options={"HIDDEN"})
+    light: StringProperty(options={"HIDDEN"})  # see results.MarkReport
+    text: StringProperty(options={"HIDDEN"})
+
+
+class IFA_PG_repair(bpy.types.PropertyGroup):
+    """A change that makes the marks work; `name` is its sentence."""
+
+    kind: StringProperty(options={"HIDDEN"})
+    mark: StringProperty(options={"HIDDEN"})  # name of the marker it concerns
+    mark_time_s: FloatProperty(options={"HIDDEN"})  # as it was
+    value: FloatProperty(options={"HIDDEN"})  # new: time in s, energy in J, restitution, friction
+    cost: FloatProperty(options={"HIDDEN"})
+    plausible: BoolProperty(options={"HIDDEN"})
+    seed: IntProperty(options={"HIDDEN"})
+
+
 class IFA_PG_object(bpy.types.PropertyGroup):
     """Per object, so that every body can have its own marks and seed."""
 
+    is_body: BoolProperty(
+        name="Solve with Others",
+        description="Solve this body too when others are solved and it is selected",
+        default=False,
+    )
+
     mass_from: EnumProperty(
         name="Mass From",
+        description="What the body's mass follows from",
         items=[
             ("DENSITY", "Density", "The mass is the mesh's volume times the density"),
             ("MASS", "Mass", "The mass is given; the mesh gives its distribution"),
@@ -91,6 +124,7 @@ class IFA_PG_object(bpy.types.PropertyGroup):
     )
     material: EnumProperty(
         name="Material",
+        description="Whether restitution and friction are kept, or chosen to suit the marks",
         items=[
             ("GIVEN", "Given", "Use restitution and friction as set"),
             ("FIT", "Fit", "Fit the restitution to the marks; friction as set"),
@@ -103,6 +137,7 @@ class IFA_PG_object(bpy.types.PropertyGroup):
     )
     ending: EnumProperty(
         name="Ending",
+        description="What the body does after the last mark",
         items=[
             ("REST", "Rest", "The body comes to rest after the last mark without a further hit"),
             ("OPEN", "Open", "Nothing is asked after the last mark"),
@@ -115,6 +150,22 @@ class IFA_PG_object(bpy.types.PropertyGroup):
         default=10.0,
         min=0.1,
         soft_max=120.0,
+    )
+    takes: IntProperty(
+        name="Takes",
+        description="Look for so many clearly different motions; there may be fewer",
+        default=1,
+        min=1,
+        soft_max=10,
+        max=100,
+    )
+    energy_gain_j: FloatProperty(
+        name="Energy Gain",
+        description="How much energy a contact may add, in J: for rhythms that no thrown body has",
+        default=0.0,
+        min=0.0,
+        soft_max=1.0,
+        precision=5,
     )
     place: EnumProperty(
         name="Place",
@@ -133,6 +184,12 @@ class IFA_PG_object(bpy.types.PropertyGroup):
     plausible: BoolProperty(options={"HIDDEN"})
     score: FloatProperty(options={"HIDDEN"})
     worst_error_ms: FloatProperty(options={"HIDDEN"})
+    solve_s: FloatProperty(options={"HIDDEN"})
+    take: IntProperty(options={"HIDDEN"})
+    takes_found: IntProperty(options={"HIDDEN"})
+    mark_reports: CollectionProperty(type=IFA_PG_mark, options={"HIDDEN"})
+    mark_index: IntProperty(options={"HIDDEN"})  # the row that is chosen in the list
+    repairs: CollectionProperty(type=IFA_PG_repair, options={"HIDDEN"})
     before_action: PointerProperty(type=bpy.types.Action, options={"HIDDEN"})
     before_had_animation_data: BoolProperty(options={"HIDDEN"})
     before_rotation_mode: StringProperty(options={"HIDDEN"})
@@ -158,6 +215,11 @@ class IFA_PG_scene(bpy.types.PropertyGroup):
         name="Strip", description="Name of the sound strip; empty for the first one"
     )
     sound_file: StringProperty(name="File", description="Sound file", subtype="FILE_PATH")
+    live: BoolProperty(
+        name="Live",
+        description="Solve again from a mark that is dragged: the motion follows",
+        update=_switch_live,
+    )
 
 
 class IFA_preferences(bpy.types.AddonPreferences):
@@ -174,7 +236,7 @@ class IFA_preferences(bpy.types.AddonPreferences):
         self.layout.prop(self, "core_path")
 
 
-CLASSES = (IFA_PG_object, IFA_PG_scene, IFA_preferences)
+CLASSES = (IFA_PG_mark, IFA_PG_repair, IFA_PG_object, IFA_PG_scene, IFA_preferences)
 
 
 def core_path() -> str:
@@ -189,9 +251,7 @@ def _progress_percent(self) -> float:
     return 100.0 * running.fraction if running else 0.0
 
 
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+def start() -> None:
     bpy.types.Object.ifa = PointerProperty(type=IFA_PG_object)
     bpy.types.Scene.ifa = PointerProperty(type=IFA_PG_scene)
     bpy.types.WindowManager.ifa_progress = FloatProperty(
@@ -205,9 +265,7 @@ def register() -> None:
     )
 
 
-def unregister() -> None:
+def stop() -> None:
     del bpy.types.WindowManager.ifa_progress
     del bpy.types.Scene.ifa
     del bpy.types.Object.ifa
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

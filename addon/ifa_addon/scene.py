@@ -161,8 +161,23 @@ def add_marks(scene, times_s, prefix: str = "hit") -> None:
     for i, time_s in enumerate(times_s, 1):
         frame = round(float(time.frame(time_s)))
         marker = scene.timeline_markers.new(f"{prefix} {i:0{width}}", frame=frame)
-        marker[EXACT_TIME] = float(time_s)
-        marker[EXACT_FRAME] = frame
+        move_mark(scene, marker, time_s)
+
+
+def marker_at(scene, name: str, time_s: float):
+    """The marker of that name whose mark is at `time_s`, to a float32's rounding."""
+    time = timing(scene)
+    for marker in matching_markers(scene, ""):
+        if marker.name == name and abs(read_mark(marker, time).time_s - time_s) < 1e-4:
+            return marker
+    raise SceneError(f"Marker '{name}' at {time_s:.3f} s is gone: find repairs again.")
+
+
+def move_mark(scene, marker, time_s: float) -> None:
+    """Put a marker at an exact time."""
+    marker.frame = round(float(timing(scene).frame(time_s)))
+    marker[EXACT_TIME] = float(time_s)
+    marker[EXACT_FRAME] = marker.frame
 
 
 def parent_space(obj) -> np.ndarray:
@@ -243,6 +258,22 @@ def checked_object(obj):
     return obj
 
 
+def bodies(context, wanted: str) -> list:
+    """Mesh objects by name: the active one, "SELECTED": also those selected, "ALL": every body.
+
+    A body is what has been solved, or was made one (`obj.ifa.is_body`).
+    """
+    if wanted == "ALL":
+        found = [obj for obj in context.scene.objects if obj.ifa.is_body]
+    elif wanted == "ACTIVE":
+        found = [context.object]
+    else:
+        chosen = [obj for obj in context.selected_objects if obj != context.object]
+        found = [context.object, *(obj for obj in chosen if obj.ifa.is_body)]
+    found = [obj for obj in found if obj is not None and obj.type == "MESH"]
+    return sorted(found, key=lambda obj: obj.name)
+
+
 def read_inputs(scene, obj, depsgraph) -> core.Inputs:
     """All that a solve needs, as plain data. Raises SceneError naming what is wrong."""
     checked_object(obj)
@@ -266,6 +297,8 @@ def read_inputs(scene, obj, depsgraph) -> core.Inputs:
         material=settings.material.lower(),
         seed=settings.seed,
         time_budget_s=settings.time_budget_s,
+        takes=settings.takes,
+        energy_gain_j=settings.energy_gain_j,
         sound_path=path,
         sound_bytes=packed,
     )

@@ -158,12 +158,12 @@ class SolveTest(SceneTest):
         """A real outcome with its events' errors changed: the sentence names their marks."""
         scene.add_marks(self.scene, MARKS_S)
         outcome = core.solve(self.ifa, self.inputs(), self.ifa.Progress())
-        self.assertIn("Solved", core.describe(outcome))
+        self.assertIn("Solved", core.describe(outcome.solution, outcome.mark_names))
         events = list(outcome.solution.events)
         events[1] = dataclasses.replace(events[1], error_retimed_s=0.0123)
         events[3] = dataclasses.replace(events[3], error_retimed_s=float("nan"))
         failed = dataclasses.replace(outcome.solution, events=events, succeeded=False)
-        message = core.describe(dataclasses.replace(outcome, solution=failed))
+        message = core.describe(failed, outcome.mark_names)
         self.assertRegex(message, r"off at 'hit 2' \(\+12.3 ms\), 'hit 4'")
         self.assertNotIn("'hit 1'", message)
         events = [
@@ -171,7 +171,7 @@ class SolveTest(SceneTest):
             for i, e in enumerate(outcome.solution.events)
         ]
         failed = dataclasses.replace(outcome.solution, events=events, succeeded=False)
-        message = core.describe(dataclasses.replace(outcome, solution=failed))
+        message = core.describe(failed, outcome.mark_names)
         self.assertRegex(message, r"retiming before 'hit 3' \(\+40 %\)")
 
     def test_two_marks_on_one_frame_write_nothing(self):

@@ -36,14 +36,14 @@ def check(name: str, good: bool) -> None:
 
 def count_draws() -> None:
     """How a click on a tab is known to have found ours: its panel is drawn."""
-    original = panel.IFA_PT_main.draw
+    original = panel.PANELS[0].draw
 
     def draw(self, context):
         global draws
         draws += 1
         original(self, context)
 
-    panel.IFA_PT_main.draw = draw
+    panel.PANELS[0].draw = draw
 
 
 def view3d():
