@@ -54,7 +54,7 @@ def draw() -> None:
     if not rows or region is None:
         return
     scale = context.preferences.system.ui_scale
-    size, above = LIGHT_PX * scale, 26 * scale  # above the markers' own row
+    size, above = LIGHT_PX * scale, 44 * scale  # above the markers and their names
     last = -1e9
     for frame, light, text in rows:
         x, _ = region.view2d.view_to_region(frame, 0.0, clip=False)

@@ -17,6 +17,7 @@ def write(context, obj, kept: results.Kept) -> None:
     scene.store_exact_times(context.scene, obj.ifa.marker_filter, time)
     results.keep(obj.name, kept)
     own = obj.ifa
+    own.is_body = True
     own.succeeded, own.plausible = bool(solution.succeeded), bool(solution.plausible)
     own.score = float(solution.score)
     own.worst_error_ms = 1e3 * float(solution.max_abs_error_s)
