@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "addon"))
 import bpy
 import ifa_addon
 import numpy as np
-from ifa_addon import bake, core, scene
+from ifa_addon import core, results, scene, writing
 from mathutils import Vector
 
 FRAMES_PER_S = 60
@@ -131,11 +131,9 @@ def main() -> None:
     die.ifa.friction = body.friction
     bpy.context.view_layer.update()
     scene.add_marks(target, [float(t) for t in marks.times_s])
-    bake.bake(target, die, motion, np.zeros(3))
-    outcome = core.Outcome(solution, np.zeros(3), tuple(m.name for m in target.timeline_markers))
-    die.ifa.succeeded, die.ifa.plausible = solution.succeeded, solution.plausible
-    die.ifa.score, die.ifa.worst_error_ms = solution.score, core.worst_error_ms(outcome)
-    die.ifa.result = core.describe(outcome)
+    inputs = scene.read_inputs(target, die, bpy.context.evaluated_depsgraph_get())
+    outcome = core.Outcome(solution, np.zeros(3), inputs.mark_names)
+    writing.write(bpy.context, die, results.Kept(inputs, outcome))
 
     frames = range(target.frame_start, target.frame_end + 1)
     travel = []

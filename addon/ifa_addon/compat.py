@@ -30,6 +30,21 @@ def sound_strips(scene) -> list:
     return sorted((s for s in strips if s.type == "SOUND"), key=lambda s: (s.frame_start, s.name))
 
 
+def write_mp4(render, path: str) -> None:
+    """Render settings for H.264 with AAC sound."""
+    settings = render.image_settings
+    if hasattr(settings, "media_type"):
+        settings.media_type = "VIDEO"
+    settings.file_format = "FFMPEG"
+    settings.color_mode = "RGB"
+    video = render.ffmpeg
+    video.format, video.codec = "MPEG4", "H264"
+    video.constant_rate_factor, video.ffmpeg_preset = "MEDIUM", "GOOD"
+    video.audio_codec, video.audio_bitrate = "AAC", 192
+    render.use_file_extension = False
+    render.filepath = path
+
+
 def strip_speed(strip) -> float:
     """How much faster than recorded the strip plays."""
     for name in ("pitch", "speed_factor"):
