@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "addon"))
 import bpy
 import ifa_addon
 import numpy as np
-from ifa_addon import core, results, scene, writing
+from ifa_addon import compat, core, results, scene, writing
 from mathutils import Vector
 
 FRAMES_PER_S = 60
@@ -120,8 +120,7 @@ def main() -> None:
     target.frame_end = sound_frame + ceil(motion.end_s * FRAMES_PER_S)
     target.sync_mode = "AUDIO_SYNC"
     editor = target.sequence_editor_create()
-    strips = editor.strips if hasattr(editor, "strips") else editor.sequences
-    strips.new_sound("roll", str(folder / "roll.wav"), 1, sound_frame)
+    compat.strips_of(editor).new_sound("roll", str(folder / "roll.wav"), 1, sound_frame)
     target.ifa.sound_source = "STRIP"
 
     die = add_die(body)

@@ -21,6 +21,11 @@ def fcurves(action, obj):
     return strip.channelbag(slot, ensure=True).fcurves
 
 
+def strips_of(editor):
+    """The strips of a sequence editor, which were sequences before Blender 4.4."""
+    return editor.strips if hasattr(editor, "strips") else editor.sequences
+
+
 def sound_strips(scene) -> list:
     """Every sound strip of the sequencer, those inside meta strips too, in order of start."""
     editor = scene.sequence_editor

@@ -5,9 +5,9 @@
         [--seed N]
 
 Without --bodies every body of the scene is solved (objects that were solved before, or have
-*Solve with Others* on; the active object where there is none). The .blend is saved in place, or to FILE.
-Progress goes to stdout. Exit codes: 0 done, 2 bad input (nothing is saved), 3 some body has no
-acceptable motion (the best one is keyed and saved all the same), 4 cancelled (nothing is saved).
+*Solve with Others* on; the active object where there is none). The .blend is saved in place, or to
+FILE. Progress goes to stdout. Exit codes: 0 done, 2 bad input (nothing is saved), 3 some body has
+no acceptable motion (the best one is keyed and saved all the same), 4 cancelled (nothing is saved).
 """
 
 from __future__ import annotations
