@@ -57,7 +57,7 @@ test-python: build  ## run the Python tests
 
 test-blender: build  ## run the add-on's tests inside Blender, also in a real window
 	@scripts/install.sh blender
-	@$(PY) tests/blender/run.py --window --screenshot build/blender_window.png
+	@$(PY) tests/blender/run.py --window --pictures build/blender
 
 # All random trials, where the other targets run a share of them. The table is that of docs/hard_cases.md.
 hard-cases: build  ## run the hard cases in full, about an hour, and print what each held

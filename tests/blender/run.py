@@ -1,6 +1,7 @@
 """Runs the add-on's tests inside a headless Blender: python tests/blender/run.py [options].
 
-Options: --window also drives a real window under Xvfb; --screenshot PNG keeps its picture;
+Options: --window also drives a real window under Xvfb; --pictures NAME keeps its pictures as
+NAME_idle.png and so on;
 --core DIR takes the package ifa from DIR; --blender PATH; any other word chooses tests by name.
 The last line is "N passed, N failed"; the exit code is 0 only if none failed.
 """
@@ -19,7 +20,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 REPOSITORY = HERE.parents[1]
 HEADLESS_LIMIT_S = 600
-WINDOW_LIMIT_S = 120
+WINDOW_LIMIT_S = 300
 
 
 def find_core() -> Path | None:
@@ -97,7 +98,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*")
     parser.add_argument("--window", action="store_true")
-    parser.add_argument("--screenshot", type=Path, default=None)
+    parser.add_argument("--pictures", type=Path, default=None)
     parser.add_argument("--core", type=Path, default=None)
     parser.add_argument("--blender", default=os.environ.get("BLENDER", "blender"))
     options = parser.parse_args()
@@ -121,7 +122,7 @@ def main() -> int:
             counts = run_suite("headless", command, Path(name), core.resolve(), HEADLESS_LIMIT_S)
             total = {key: total[key] + counts[key] for key in total}
         if options.window:
-            counts = run_window(blender, core.resolve(), options.screenshot)
+            counts = run_window(blender, core.resolve(), options.pictures)
             total = {key: total[key] + counts[key] for key in total}
     finally:
         if options.core is None:
@@ -132,7 +133,7 @@ def main() -> int:
     return 1 if total["failed"] else 0
 
 
-def run_window(blender: str, core: Path, screenshot: Path | None) -> dict:
+def run_window(blender: str, core: Path, pictures: Path | None) -> dict:
     xvfb = shutil.which("xvfb-run")
     if xvfb is None:
         print("window: skipped, there is no xvfb-run (apt-get install xvfb)")
@@ -140,7 +141,7 @@ def run_window(blender: str, core: Path, screenshot: Path | None) -> dict:
     with tempfile.TemporaryDirectory(prefix="ifa-window-") as name:
         folder = Path(name)
         os.environ["LIBGL_ALWAYS_SOFTWARE"] = "1"
-        picture = (screenshot or folder / "panel.png").resolve()
+        picture = (pictures or folder / "window").resolve()
         command = [xvfb, "-a", "-s", "-screen 0 1600x900x24 +extension GLX", blender]
         command += ["--factory-startup", "--enable-event-simulate", "-noaudio"]
         command += ["--window-geometry", "0", "0", "1600", "900"]

@@ -31,9 +31,7 @@ class GltfTest(SceneTest):
             path = str(Path(folder) / "die.glb")
             bpy.ops.export_scene.gltf(filepath=path, export_animations=True)
             bpy.data.objects.remove(obj)
-            if not hasattr(
-                np, "bool"
-            ):  # which 3.4's importer needs, and Debian's newer numpy lacks
+            if not hasattr(np, "bool"):  # 3.4's importer needs it, newer numpy lacks it
                 np.bool = bool
                 self.addCleanup(delattr, np, "bool")
             bpy.ops.import_scene.gltf(filepath=path)

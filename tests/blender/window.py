@@ -1,12 +1,14 @@
-"""Drives a real window: opens the tab, presses Solve, Esc and Ctrl+Z, and takes a picture.
+"""Drives a real window: the three sidebars, Solve, Esc, Ctrl+Z, and what may happen meanwhile.
 
-Run by run.py under Xvfb with simulated events. Arguments: the picture's path, the report's path.
+Run by run.py under Xvfb with simulated events. Arguments: a name for the pictures (NAME_idle.png
+and so on), the report's path.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+import tempfile
 import time
 import traceback
 from pathlib import Path
@@ -16,17 +18,19 @@ sys.path[:0] = [str(HERE), str(HERE.parents[1] / "addon")]
 
 import addon_utils  # noqa: E402
 import bpy  # noqa: E402
-from ifa_addon import job, panel, scene  # noqa: E402
+import window_support as ui  # noqa: E402
+from ifa_addon import compat, job, scene  # noqa: E402
 from support import add_box  # noqa: E402
 
 PICTURE, REPORT = sys.argv[sys.argv.index("--") + 1 :]
 MARKS_S = [0.30, 0.42, 0.48, 0.52]  # a simulated 16 mm die's, rounded to 10 ms
 # Late gaps that grow past any energy the first leaves: the search climbs on until cancelled.
 ENDLESS_MARKS_S = [0.30, 0.34, 0.38, 1.9, 3.9, 3.95, 6.5]
+IMPOSSIBLE_MARKS_S = [0.30, 0.34, 0.38, 1.78]  # a rebound from 2.4 m after one from 1 cm
 KEYED_WITHIN_S = 40.0
+ESC_WITHIN_S = 0.5
 passed: list[str] = []
 failed: list[str] = []
-draws = 0
 
 
 def check(name: str, good: bool) -> None:
@@ -34,190 +38,182 @@ def check(name: str, good: bool) -> None:
     print(f"{name} ... {'ok' if good else 'FAIL'}", flush=True)
 
 
-def count_draws() -> None:
-    """How a click on a tab is known to have found ours: its panel is drawn."""
-    original = panel.PANELS[0].draw
-
-    def draw(self, context):
-        global draws
-        draws += 1
-        original(self, context)
-
-    panel.PANELS[0].draw = draw
+def take_picture(name: str) -> None:
+    path = Path(f"{PICTURE}_{name}.png")
+    ui.screenshot(path)
+    check(f"a picture is taken: {name}", path.stat().st_size > 10_000)
 
 
-def view3d():
-    window = bpy.context.window_manager.windows[0]
-    area = next(a for a in window.screen.areas if a.type == "VIEW_3D")
-    return window, area, next(r for r in area.regions if r.type == "UI")
-
-
-def click(window, x, y):
-    for kind, value in (("MOUSEMOVE", "NOTHING"), ("LEFTMOUSE", "PRESS"), ("LEFTMOUSE", "RELEASE")):
-        window.event_simulate(type=kind, value=value, x=int(x), y=int(y))
-        yield 0.15
-
-
-def press(window, key, **modifiers):
-    for value in ("PRESS", "RELEASE"):
-        window.event_simulate(type=key, value=value, **modifiers)
+def wait(until, limit_s: float):
+    began = time.monotonic()
+    while not until() and time.monotonic() - began < limit_s:
         yield 0.05
 
 
-def screenshot(window, area, path):
-    with bpy.context.temp_override(window=window, screen=window.screen, area=area):
-        bpy.ops.screen.screenshot(filepath=str(path))
+def die():
+    return bpy.data.objects["die"]
 
 
-def set_up():
+def mark(times_s) -> None:
+    bpy.context.scene.timeline_markers.clear()
+    scene.add_marks(bpy.context.scene, times_s)
+
+
+def set_up() -> None:
     """A die above the ground, close to the view, and one marker per mark."""
     for obj in list(bpy.data.objects):
         bpy.data.objects.remove(obj)
-    die = add_box(size=(0.016, 0.016, 0.016))
-    die.location = (0.0, 0.0, 0.05)
-    modifier = die.modifiers.new("round", "BEVEL")
-    modifier.width = 0.0015
-    modifier.segments = 3
+    made = add_box("die", (0.016, 0.016, 0.016))
+    made.location = (0.0, 0.0, 0.05)
+    modifier = made.modifiers.new("round", "BEVEL")
+    modifier.width, modifier.segments = 0.0015, 3
     bpy.context.scene.frame_end = 24
-    scene.add_marks(bpy.context.scene, MARKS_S)
-    bpy.ops.ed.undo_push(message="set up")
-    return die
-
-
-def close_up(window, area):
-    timeline = next(a for a in window.screen.areas if a.type == "DOPESHEET_EDITOR")
-    with bpy.context.temp_override(window=window, screen=window.screen, area=timeline):
-        edge = timeline.y + timeline.height
-        bpy.ops.screen.area_move(x=timeline.x + 300, y=edge, delta=64)  # room for the markers
-    region = next(r for r in timeline.regions if r.type == "WINDOW")
-    with bpy.context.temp_override(window=window, area=timeline, region=region):
+    mark(MARKS_S)
+    space = ui.find_area("VIEW_3D").spaces.active
+    space.overlay.grid_scale, space.clip_start = 0.01, 0.001
+    space.region_3d.view_location = (0.0, 0.0, 0.03)
+    space.region_3d.view_distance = 0.3
+    area = ui.find_area("DOPESHEET")
+    region = next(r for r in area.regions if r.type == "WINDOW")
+    with bpy.context.temp_override(window=ui.window(), area=area, region=region):
         bpy.ops.action.view_all()
-    space = area.spaces.active
-    space.show_region_ui = True
-    space.overlay.grid_scale = 0.01
-    space.clip_start = 0.001
-    view = space.region_3d
-    view.view_location = (0.0, 0.0, 0.03)
-    view.view_distance = 0.3
-    bpy.context.preferences.view.show_splash = False
-
-
-def open_tab(window, region):
-    """Click down the strip of tabs until ours is drawn."""
-    x = region.x + region.width - 10
-    for step in range(3, 60):
-        yield from click(window, x, region.y + region.height - 12 * step)
-        if draws:
-            return
-
-
-def press_solve(window, region):
-    """Click down the upper part of the panel until a solve runs or has run."""
-    job.failure = ""
-    for depth in range(34, 90, 6):
-        before = bpy.data.objects["die"].ifa.action
-        x, y = region.x + region.width * 0.45, region.y + region.height - depth
-        yield from click(window, x, y)
-        keyed = bpy.data.objects["die"].ifa.action != before
-        if job.current is not None or keyed or job.failure:
-            return
+    bpy.ops.ed.undo_push(message="set up")
 
 
 def drive():
     addon_utils.enable("ifa_addon")
-    count_draws()
+    ui.count_draws()
     bpy.context.preferences.view.show_splash = False
     yield 0.5
-    window, area, region = view3d()
-    set_up()
-    close_up(window, area)
+    yield from ui.open_sidebars()
     yield 0.5
-    window, area, region = view3d()
-    yield from open_tab(window, region)
-    check("the tab opens", draws > 0)
+    set_up()
+    yield 0.5
+    for kind, name in (
+        ("VIEW_3D", "IFA_PT_main"),
+        ("DOPESHEET", "IFA_PT_main_dopesheet"),
+        ("SEQUENCE_EDITOR", "IFA_PT_main_sequencer"),
+    ):
+        yield from ui.open_tab(kind, name)
+        check(f"the tab opens in {kind}", ui.draws[name] > 0)
+    take_picture("idle")
+    yield from solve_and_undo()
+    yield from cancel()
+    yield from fail()
+    yield from change_meanwhile()
+    yield from load_meanwhile()
+    yield from quit_meanwhile()
 
-    yield from press_solve(window, region)
-    started = time.monotonic()
-    while not bpy.data.objects["die"].ifa.action and time.monotonic() - started < KEYED_WITHIN_S:
-        yield 0.1
-    die = bpy.data.objects["die"]
-    check("Solve keys the object", die.ifa.action is not None and len(die.ifa.action.fcurves) == 7)
+
+def solve_and_undo():
+    yield from ui.press_solve()
+    yield from wait(lambda: die().ifa.action, KEYED_WITHIN_S)
+    curves = compat.fcurves(die().ifa.action, die()) if die().ifa.action else ()
+    check("Solve keys the object", len(curves) == 7)
     check("the button is free again", job.running() is None)
     bpy.context.scene.frame_set(round(1 + 24 * MARKS_S[1]))
     yield 0.5
-    screenshot(window, area, PICTURE)
-    check("a picture is taken", Path(PICTURE).stat().st_size > 10_000)
-
+    take_picture("solved")
     # Over the 3D view, Ctrl+Z takes the bake back in one step.
-    window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=area.x + 400, y=area.y + 300)
-    yield 0.2
-    yield from press(window, "Z", ctrl=True)
+    yield from ui.move_over(ui.find_area("VIEW_3D"))
+    yield from ui.press("Z", ctrl=True)
     yield 0.5
-    die = bpy.data.objects["die"]
-    check("one Ctrl+Z undoes the bake", die.ifa.action is None and die.animation_data is None)
+    check("one Ctrl+Z undoes the bake", not die().ifa.action and not die().animation_data)
 
-    bpy.context.scene.timeline_markers.clear()
-    scene.add_marks(bpy.context.scene, ENDLESS_MARKS_S)
-    die.ifa.time_budget_s = 60.0
+
+def cancel():
+    mark(ENDLESS_MARKS_S)
+    die().ifa.time_budget_s = 60.0
     bpy.ops.ed.undo_push(message="endless marks")
     yield 0.3
-    window, area, region = view3d()
-    yield from press_solve(window, region)
+    yield from ui.press_solve()
     check("a long solve runs", job.running() is not None)
     yield 0.5
-    screenshot(window, area, PICTURE.replace(".png", "_running.png"))
-    window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=area.x + 400, y=area.y + 300)
-    yield 0.1
-    cancelled = job.current
-    asked = time.monotonic()
-    yield from press(window, "ESC")
-    while job.current is not None and time.monotonic() - asked < 5.0:
-        yield 0.05
-    check("Esc frees the button", job.current is None)
-    while cancelled is not None and not cancelled.done and time.monotonic() - asked < 5.0:
-        yield 0.05
+    take_picture("running")
+    yield from ui.move_over(ui.find_area("VIEW_3D"))
+    cancelled, asked = job.current, time.monotonic()
+    yield from ui.press("ESC")
+    yield from wait(lambda: job.current is None, 5.0)
+    took_s = time.monotonic() - asked
+    print(f"Esc freed the button after {took_s:.2f} s")
+    check(f"Esc frees the button within {ESC_WITHIN_S} s", took_s < ESC_WITHIN_S)
+    yield from wait(lambda: cancelled is not None and cancelled.done, 5.0)
     check("Esc ends the thread", cancelled is not None and cancelled.done)
-    check("Esc writes nothing", bpy.data.objects["die"].animation_data is None)
-
-    yield from solve_and_move_a_marker()
-    yield from solve_and_load_a_file()
+    check("Esc writes nothing", die().animation_data is None)
 
 
-def solve_and_move_a_marker():
-    """What was solved is not written once the scene asks for something else."""
-    bpy.context.scene.timeline_markers.clear()
-    scene.add_marks(bpy.context.scene, MARKS_S)
-    window, _, region = view3d()
-    original = job.start
-
-    def start_and_move(*arguments):
-        bpy.context.scene.timeline_markers[2].frame += 5
-        return original(*arguments)
-
-    job.start = start_and_move
-    yield from press_solve(window, region)
-    job.start = original
-    started = time.monotonic()
-    while job.current is not None and time.monotonic() - started < KEYED_WITHIN_S:
-        yield 0.1
-    check("a stale motion is refused", "changed during the solve" in job.failure)
-    check("a stale motion is not written", bpy.data.objects["die"].animation_data is None)
-
-
-def solve_and_load_a_file():
-    """A solve ends with the file it belongs to, and the next file can solve at once."""
-    bpy.context.scene.timeline_markers.clear()
-    scene.add_marks(bpy.context.scene, ENDLESS_MARKS_S)
-    window, _, region = view3d()
-    yield from press_solve(window, region)
-    ended = job.current
-    bpy.ops.wm.read_homefile(use_factory_startup=True)
+def fail():
+    mark(IMPOSSIBLE_MARKS_S)
+    die().ifa.time_budget_s = 0.5
+    bpy.ops.ed.undo_push(message="impossible marks")
+    yield from ui.press_solve()
+    yield from wait(lambda: die().ifa.action, KEYED_WITHIN_S)
     yield 0.5
-    check("loading a file frees the button", ended is not None and job.current is None)
-    started = time.monotonic()
-    while ended is not None and not ended.done and time.monotonic() - started < 5.0:
-        yield 0.05
+    check("a failure names its mark", "'hit 4'" in die().ifa.result)
+    take_picture("failed")
+    bpy.ops.ifa.clear()
+    bpy.ops.ed.undo_push(message="clear")
+
+
+def change_meanwhile():
+    """What was solved is not written once the scene asks for something else, or it is gone."""
+    changes = {
+        "a moved marker": (lambda: move_marker(), "changed during the solve"),
+        "an undo": (lambda: bpy.ops.ed.undo(), "changed during the solve"),
+        "a deleted body": (lambda: bpy.data.objects.remove(die()), "is gone"),
+    }
+    for name, (change, told) in changes.items():
+        mark(MARKS_S)
+        bpy.ops.ed.undo_push(message="marks")
+        die().ifa.seed += 1  # what the undo takes back
+        bpy.ops.ed.undo_push(message="another seed")
+        original = job.start
+
+        def start_and_change(*arguments, change=change, original=original):
+            started = original(*arguments)
+            bpy.app.timers.register(lambda: change() and None, first_interval=0.0)
+            return started
+
+        job.start = start_and_change
+        yield from ui.press_solve()
+        job.start = original
+        yield from wait(lambda: job.current is None, KEYED_WITHIN_S)
+        yield 0.2
+        check(f"{name} during a solve is noticed", told in job.failure)
+        left = bpy.data.objects.get("die")
+        check(f"{name} during a solve: nothing is written", not left or not left.animation_data)
+    set_up()
+
+
+def move_marker():
+    bpy.context.scene.timeline_markers[2].frame += 5
+
+
+def load_meanwhile():
+    """A solve goes with its file: saved during it, the file opens with a free button."""
+    mark(ENDLESS_MARKS_S)
+    die().ifa.time_budget_s = 60.0
+    yield from ui.press_solve()
+    ended = job.current
+    check("a solve runs while saving", ended is not None)
+    path = Path(tempfile.mkdtemp(prefix="ifa-window-")) / "während.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    yield 0.5
+    check("loading a file frees the button", job.current is None)
+    yield from wait(lambda: ended is not None and ended.done, 5.0)
     check("loading a file ends the thread", ended is not None and ended.done)
+    check("nothing of the solve is in the file", die().animation_data is None)
+    check("the saved file can solve at once", bpy.ops.ifa.solve.poll())
+
+
+def quit_meanwhile():
+    """The report is written first: what counts is that Blender then ends, with code 0."""
+    mark(ENDLESS_MARKS_S)
+    die().ifa.time_budget_s = 60.0
+    bpy.ops.ifa.solve("INVOKE_DEFAULT")
+    check("a solve runs while quitting", job.running() is not None)
+    yield 0.3
 
 
 def finish() -> None:
