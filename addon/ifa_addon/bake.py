@@ -73,8 +73,8 @@ def bake(scene_, obj, motion, centre_of_mass_m) -> keys.Keys:
     obj.rotation_mode = "QUATERNION"
     curves = compat.fcurves(_own_action(obj), obj)
     for channel, (path, index) in enumerate(CHANNELS):
-        curve = curves.find(path, index=index) or curves.new(
-            path, index=index, action_group="Object Transforms"
+        curve = curves.find(path, index=index) or compat.new_fcurve(
+            curves, path, index, "Object Transforms"
         )
         write_curve(curve, made, channel)
     obj.update_tag()

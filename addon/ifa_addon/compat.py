@@ -7,16 +7,33 @@ import bpy
 
 
 def fcurves(action, obj):
-    """The F-curve collection of `obj` in `action`; slotted Actions keep one for each slot."""
-    if hasattr(action, "fcurves"):
+    """The F-curve collection of `obj` in `action`; slotted Actions keep one for each slot.
+
+    Where the Action is that of `obj`, the slot is made and assigned if need be: without one its
+    curves move nothing, although the collection `action.fcurves` of Blender 4.4 takes them.
+    """
+    if not hasattr(action, "slots"):
         return action.fcurves
-    slot = obj.animation_data.action_slot
+    data = obj.animation_data
+    assigned = data is not None and data.action == action
+    slot = data.action_slot if assigned else None
     if slot is None:
-        slot = action.slots.new(id_type="OBJECT", name=obj.name)
-        obj.animation_data.action_slot = slot
+        fitting = [s for s in action.slots if s.target_id_type in ("OBJECT", "UNSPECIFIED")]
+        slot = fitting[0] if fitting else action.slots.new(id_type="OBJECT", name=obj.name)
+        if assigned:
+            data.action_slot = slot
     layer = action.layers[0] if action.layers else action.layers.new("Layer")
     strip = layer.strips[0] if layer.strips else layer.strips.new(type="KEYFRAME")
     return strip.channelbag(slot, ensure=True).fcurves
+
+
+def new_fcurve(curves, path: str, index: int, group: str):
+    """A new F-curve, in a group where the collection can put it into one."""
+    parameters = curves.bl_rna.functions["new"].parameters
+    for name in ("group_name", "action_group"):
+        if name in parameters:
+            return curves.new(path, index=index, **{name: group})
+    return curves.new(path, index=index)
 
 
 def sound_strips(scene) -> list:
@@ -25,15 +42,21 @@ def sound_strips(scene) -> list:
     if editor is None:
         return []
     strips = editor.strips_all if hasattr(editor, "strips_all") else editor.sequences_all
-    return sorted((s for s in strips if s.type == "SOUND"), key=lambda s: (s.frame_start, s.name))
+    return sorted((s for s in strips if s.type == "SOUND"), key=lambda s: (strip_start(s), s.name))
 
 
-def strip_speed(strip) -> float:
-    """How much faster than recorded the strip plays."""
+def strip_start(strip) -> float:
+    """The frame where the recording begins, wherever the strip is trimmed to."""
+    name = "content_start" if hasattr(strip, "content_start") else "frame_start"
+    return float(getattr(strip, name))
+
+
+def plays_as_recorded(strip) -> bool:
+    """Whether the strip plays at the recording's own speed; retiming keys may bend it anywhere."""
     for name in ("pitch", "speed_factor"):
-        if hasattr(strip, name):
-            return float(getattr(strip, name))
-    return 1.0
+        if abs(float(getattr(strip, name, 1.0)) - 1.0) > 1e-6:
+            return False
+    return len(getattr(strip, "retiming_keys", ())) == 0
 
 
 def draw_progress(layout, fraction: float, text: str) -> None:
