@@ -7,33 +7,34 @@ import bpy
 
 
 def fcurves(action, obj):
-    """The F-curve collection of `obj` in `action`; slotted Actions keep one for each slot.
-
-    Where the Action is that of `obj`, the slot is made and assigned if need be: without one its
-    curves move nothing, although the collection `action.fcurves` of Blender 4.4 takes them.
-    """
+    """The F-curve collection of `obj` in `action`; slotted Actions keep one for each slot."""
     if not hasattr(action, "slots"):
         return action.fcurves
-    data = obj.animation_data
-    assigned = data is not None and data.action == action
-    slot = data.action_slot if assigned else None
+    slot = obj.animation_data.action_slot
     if slot is None:
-        fitting = [s for s in action.slots if s.target_id_type in ("OBJECT", "UNSPECIFIED")]
-        slot = fitting[0] if fitting else action.slots.new(id_type="OBJECT", name=obj.name)
-        if assigned:
-            data.action_slot = slot
+        slot = action.slots.new(id_type="OBJECT", name=obj.name)
+        obj.animation_data.action_slot = slot
     layer = action.layers[0] if action.layers else action.layers.new("Layer")
     strip = layer.strips[0] if layer.strips else layer.strips.new(type="KEYFRAME")
     return strip.channelbag(slot, ensure=True).fcurves
 
 
 def new_fcurve(curves, path: str, index: int, group: str):
-    """A new F-curve, in a group where the collection can put it into one."""
+    """A new F-curve; slotted Actions call its group by another name, or did not take one yet."""
     parameters = curves.bl_rna.functions["new"].parameters
-    for name in ("group_name", "action_group"):
+    for name in ("action_group", "group_name"):
         if name in parameters:
             return curves.new(path, index=index, **{name: group})
     return curves.new(path, index=index)
+
+
+def assign_action(animation_data, action) -> None:
+    """Set the Action, and of a slotted one a slot, without which it moves nothing."""
+    animation_data.action = action
+    if action is not None and getattr(animation_data, "action_slot", True) is None:
+        suitable = animation_data.action_suitable_slots
+        if suitable:
+            animation_data.action_slot = suitable[0]
 
 
 def sound_strips(scene) -> list:

@@ -91,14 +91,13 @@ def worst_against(motion, place, times, poses):
     return distance, np.degrees(keys.rotation_between(poses[:, 3:], truth[:, 3:]).max())
 
 
-def curves_of(obj):
-    """The F-curves of the object's own Action."""
+def fcurves(obj):
     return compat.fcurves(obj.animation_data.action, obj)
 
 
 def evaluate_curves(obj, frames):
     """(n, 7) of the object's own channels, by Blender's evaluation of its F-curves."""
-    curves = curves_of(obj)
+    curves = fcurves(obj)
     paths = [("location", i) for i in range(3)] + [("rotation_quaternion", i) for i in range(4)]
     found = [curves.find(path, index=i) for path, i in paths]
     return np.array([[curve.evaluate(float(f)) for curve in found] for f in frames])
