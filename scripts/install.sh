@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Installs what is missing for the named parts: scripts/install.sh [build] [blender] [bench] [extension] [bpy311] [bpy313]
+# Installs what is missing for the named parts: scripts/install.sh PART...
 #   build    Debian packages of the compiler and libraries, and .venv with the Python packages
 #   blender  Debian's Blender and a virtual display, for the tests of the add-on
 #   bench    Bullet and MuJoCo, for benchmarks/physics; after or together with build
-#   extension  auditwheel, and what builds the core for Python 3.13 in build/cp313 where the machine has it; after build
-#   bpy311, bpy313  Blender 4.5 and 5.2 as Python modules in build/bpy311 and build/bpy313, where the machine has that Python
+#   extension       auditwheel, and what builds the core for Python 3.13 in build/cp313, where there is one; after build
+#   bpy311, bpy313  Blender 4.5 and 5.2 as Python modules in build/bpy311 and build/bpy313, where there is that Python
 # Asks nothing of the network when nothing is missing. PYTHON=... chooses the interpreter, PYTHON311=... and
 # PYTHON313=... those of extension, bpy311 and bpy313.
 set -euo pipefail
@@ -131,9 +131,13 @@ own_venv() {
     return
   fi
   say "making $folder with $python: $*"
-  "$python" -m venv --clear "$folder"
-  "$folder/bin/python" -m pip --disable-pip-version-check install -q "$@"
-  touch "$stamp"
+  if "$python" -m venv --clear "$folder" &&
+      "$folder/bin/python" -m pip --disable-pip-version-check install -q "$@"; then
+    touch "$stamp"
+  else
+    say "could not install $* for Python $version: $folder is left out"
+    rm -rf "$folder"
+  fi
 }
 
 for part in "$@"; do

@@ -144,9 +144,12 @@ def test_zips(blender: str, pythons: list[str], zips: Path, names: list[str]) ->
     for legacy in zips.glob("*legacy*.zip"):
         command = in_blender(blender, inside("--installed", legacy, "--pattern", "zip_legacy.py"))
         counts.append(run_suite(legacy.name, offline(command), None, HEADLESS_LIMIT_S))
+    if not counts:
+        print(f"Skipped: there is no legacy zip in {zips}, which needs Python 3.11.")
+        counts.append({"passed": 0, "failed": 0, "skipped": 1})
     extensions = [path for path in zips.glob("*.zip") if "legacy" not in path.name]
-    if len(extensions) != 1 or not counts:
-        print(f"{zips} does not hold both zips: run make extension first.")
+    if len(extensions) != 1:
+        print(f"{zips} does not hold one extension: run make extension first.")
         return [*counts, {"passed": 0, "failed": 1, "skipped": 0}]
     for python in pythons:
         counts += test_version(python, extensions[0], names)
