@@ -50,8 +50,9 @@ def build(tag: str, out: Path) -> Wheel | None:
     if not python.exists() or run(python, "-c", version).strip() != tag:
         return None
     plain = empty_folder(out / "plain" / tag)
-    # What `make build` compiled and the tests ran: only the bindings are compiled for each Python.
+    # What `make build` compiled and the tests ran: only bindings for another Python are compiled.
     prebuilt = REPOSITORY / "build" / "cmake"
+    module = module_of(python) if PYTHONS[tag] == ".venv" else ""
     cache = (prebuilt / "CMakeCache.txt").read_text()
     compiler = re.search(r"^CMAKE_CXX_COMPILER:\w+=(.+)$", cache, re.MULTILINE).group(1)
     run(
@@ -59,12 +60,22 @@ def build(tag: str, out: Path) -> Wheel | None:
         *("--no-build-isolation", "--wheel-dir", plain, "."),
         *("--config-settings", f"build-dir=build/wheel_{tag}"),
         *("--config-settings", f"cmake.define.IFA_PREBUILT={prebuilt}"),
+        *("--config-settings", f"cmake.define.IFA_PREBUILT_MODULE={module}"),
         *("--config-settings", "cmake.define.IFA_WARNINGS_AS_ERRORS=ON"),
         SOURCE_DATE_EPOCH="315532800",
         CXX=compiler,
     )
     (wheel,) = plain.glob("*.whl")
     return repair(tag, wheel, out)
+
+
+def module_of(python: Path) -> Path:
+    """The module that `make build` made for .venv."""
+    suffix = "import sysconfig; print(sysconfig.get_config_var('EXT_SUFFIX'))"
+    module = REPOSITORY / "python" / "ifa" / f"_core{run(python, '-c', suffix).strip()}"
+    if not module.is_file():
+        raise BuildError(f"{module} is missing: run make build first")
+    return module
 
 
 def repair(tag: str, wheel: Path, out: Path) -> Wheel:
