@@ -4,6 +4,7 @@ import os
 import sys
 import unittest
 from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import addon_utils
 import bpy
@@ -45,15 +46,14 @@ class MissingCoreTest(SceneTest):
             core.load()
 
     def test_the_panel_shows_it(self):
-        """By a layout that collects the labels, for a background run draws none."""
-        labels = []
-        layout = SimpleNamespace(label=lambda text, icon: labels.append(text))
-        layout.column = lambda align: layout
+        """By a layout that notes what is called, for a background run draws none."""
+        layout = MagicMock()
         # A run without a window has a scale of 0 and no region.
         system = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))
         region = SimpleNamespace(width=240)
         context = SimpleNamespace(object=None, region=region, preferences=system)
         panel.IFA_PT_main.draw(SimpleNamespace(layout=layout), context)
+        labels = [call.kwargs["text"] for call in layout.mock_calls if "text" in call.kwargs]
         self.assertGreater(len(labels), 3)  # wrapped to the sidebar's width
         version = f"{sys.version_info.major}.{sys.version_info.minor}"
         self.assertIn(f"ifa is not installed for Blender's Python {version}", " ".join(labels))
