@@ -73,8 +73,8 @@ def bake(scene_, obj, motion, centre_of_mass_m) -> keys.Keys:
     obj.rotation_mode = "QUATERNION"
     curves = compat.fcurves(_own_action(obj), obj)
     for channel, (path, index) in enumerate(CHANNELS):
-        curve = curves.find(path, index=index) or curves.new(
-            path, index=index, action_group="Object Transforms"
+        curve = curves.find(path, index=index) or compat.new_fcurve(
+            curves, path, index, "Object Transforms"
         )
         write_curve(curve, made, channel)
     obj.update_tag()
@@ -128,7 +128,7 @@ def _own_action(obj):
             own.action.name = f"{obj.name} IFA"
     elif any(other != obj and other.ifa.action == own.action for other in bpy.data.objects):
         own.action = own.action.copy()  # this object was duplicated after a bake
-    data.action = own.action
+    compat.assign_action(data, own.action)
     curves = compat.fcurves(own.action, obj)
     kept = {path for path, _ in CHANNELS} if own.keyed else set()
     for curve in list(curves):
@@ -146,7 +146,7 @@ def clear(obj) -> None:
     action, own.action = own.action, None
     data = obj.animation_data
     if data is not None:
-        data.action = own.before_action
+        compat.assign_action(data, own.before_action)
         if not own.before_had_animation_data and not data.drivers and not data.nla_tracks:
             obj.animation_data_clear()
     own.before_action = None

@@ -6,7 +6,7 @@ import unittest
 
 import bpy
 import numpy as np
-from ifa_addon import keys
+from ifa_addon import compat, keys
 from mathutils import Matrix, Quaternion
 
 GRAVITY_M_S2 = 9.81
@@ -91,9 +91,13 @@ def worst_against(motion, place, times, poses):
     return distance, np.degrees(keys.rotation_between(poses[:, 3:], truth[:, 3:]).max())
 
 
+def fcurves(obj):
+    return compat.fcurves(obj.animation_data.action, obj)
+
+
 def evaluate_curves(obj, frames):
     """(n, 7) of the object's own channels, by Blender's evaluation of its F-curves."""
-    curves = obj.animation_data.action.fcurves
+    curves = fcurves(obj)
     paths = [("location", i) for i in range(3)] + [("rotation_quaternion", i) for i in range(4)]
     found = [curves.find(path, index=i) for path, i in paths]
     return np.array([[curve.evaluate(float(f)) for curve in found] for f in frames])
@@ -130,6 +134,18 @@ def add_box(name="die", size=(0.016, 0.016, 0.016), centre=(0.0, 0.0, 0.0)):
     obj.select_set(True)
     bpy.context.view_layer.update()
     return obj
+
+
+def add_sound(scene, name, path, frame):
+    """A sound strip that begins at `frame`; the collection was renamed in Blender 4.4."""
+    editor = scene.sequence_editor_create()
+    strips = editor.strips if hasattr(editor, "strips") else editor.sequences
+    return strips.new_sound(name, path, 1, frame)
+
+
+def set_first(owner, names, value):
+    """Set the first of the properties that `owner` has: some were renamed in Blender 5.1."""
+    setattr(owner, next(name for name in names if hasattr(owner, name)), value)
 
 
 def rotation_deg(a, b):

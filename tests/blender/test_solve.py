@@ -18,8 +18,10 @@ from support import (
     SceneTest,
     add_box,
     add_parent,
+    add_sound,
     evaluate_curves,
     evaluate_world,
+    fcurves,
     offset_matrix,
     worst_against,
 )
@@ -45,7 +47,7 @@ class SolveTest(SceneTest):
 
     def curves_digest(self):
         state = hashlib.sha256()
-        for curve in self.obj.animation_data.action.fcurves:
+        for curve in fcurves(self.obj):
             for name in ("co", "handle_left", "handle_right"):
                 data = np.empty(2 * len(curve.keyframe_points), dtype=np.float32)
                 curve.keyframe_points.foreach_get(name, data)
@@ -67,7 +69,7 @@ class SolveTest(SceneTest):
         self.assertTrue(own.succeeded, own.result)
         self.assertGreaterEqual(own.score, 0.3)
         self.assertLess(own.worst_error_ms, 1.0)
-        curve = self.obj.animation_data.action.fcurves.find("location", index=2)
+        curve = fcurves(self.obj).find("location", index=2)
         frames = np.array([p.co[0] for p in curve.keyframe_points if p.type == "EXTREME"])
         at = scene.timing(self.scene).time_s(frames)
         for mark in MARKS_S:
@@ -208,15 +210,14 @@ class SolveTest(SceneTest):
                 out.setframerate(rate)
                 out.writeframes((32767 * samples).astype("<i2").tobytes())
             self.scene.ifa.sound_source = "STRIP"
-            editor = self.scene.sequence_editor_create()
-            editor.sequences.new_sound("clicks", path, 1, 20)
+            strip = add_sound(self.scene, "clicks", path, 20)
             scene.add_marks(self.scene, MARKS_S)
             self.assertEqual(bpy.ops.ifa.solve(), {"FINISHED"})
             # The strip's start is time 0: the first contact's key lies after it.
-            curve = self.obj.animation_data.action.fcurves.find("location", index=2)
+            curve = fcurves(self.obj).find("location", index=2)
             frames = np.array([p.co[0] for p in curve.keyframe_points if p.type == "EXTREME"])
             self.assertLess(np.abs(frames - (20 + 24 * MARKS_S[0])).min(), 0.024)
-            editor.sequences[0].sound.pack()
+            strip.sound.pack()
             Path(path).unlink()
             first = self.curves_digest()
             self.assertEqual(bpy.ops.ifa.solve(), {"FINISHED"})
