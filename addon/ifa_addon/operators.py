@@ -137,7 +137,7 @@ class IFA_OT_solve(bpy.types.Operator):
     def _write(self, context, obj, outcome):
         try:
             time = scene.timing(context.scene)
-            bake.bake(context.scene, obj, outcome.solution.motion, outcome.centre_of_mass_m)
+            made = bake.bake(context.scene, obj, outcome.solution.motion, outcome.centre_of_mass_m)
         except (scene.SceneError, ValueError) as error:
             return self._fail(str(error))
         scene.store_exact_times(context.scene, obj.ifa.marker_filter, time)
@@ -145,7 +145,7 @@ class IFA_OT_solve(bpy.types.Operator):
         own.succeeded, own.plausible = bool(solution.succeeded), bool(solution.plausible)
         own.score, own.worst_error_ms = float(solution.score), core.worst_error_ms(outcome)
         own.result = core.describe(outcome)
-        for note in outcome.notes:
+        for note in (*outcome.notes, *made.notes):
             self.report({"WARNING"}, note)
         self.report({"INFO"} if own.succeeded else {"WARNING"}, own.result)
         compat.redraw_views()

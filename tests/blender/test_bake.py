@@ -14,6 +14,7 @@ from support import (
     add_parent,
     evaluate_curves,
     evaluate_world,
+    fcurves,
     offset_matrix,
     rotation_deg,
     worst_against,
@@ -59,7 +60,7 @@ class BakeTest(SceneTest):
             self.set_rate(numerator, denominator)
             bake.bake(self.scene, self.obj, self.motion, np.zeros(3))
             timing = scene.timing(self.scene)
-            curve = self.obj.animation_data.action.fcurves.find("location", index=2)
+            curve = fcurves(self.obj).find("location", index=2)
             for contact in self.motion.contact_times_s:
                 times = contact + np.arange(-0.02, 0.02, 1e-4)
                 heights = [curve.evaluate(f) for f in timing.frame(times)]
@@ -67,7 +68,7 @@ class BakeTest(SceneTest):
 
     def test_keys_in_the_curves(self):
         bake.bake(self.scene, self.obj, self.motion, CENTRE)
-        curves = self.obj.animation_data.action.fcurves
+        curves = fcurves(self.obj)
         self.assertEqual(len(curves), 7)
         contacts = scene.timing(self.scene).frame(self.motion.contact_times_s)
         for curve in curves:
@@ -80,6 +81,10 @@ class BakeTest(SceneTest):
                 self.assertEqual(point.handle_left_type, "FREE")
                 self.assertEqual(point.handle_right_type, "FREE")
                 self.assertEqual(point.interpolation, "BEZIER")
+            types = {
+                p.type for p in curve.keyframe_points if np.abs(contacts - p.co[0]).min() < 0.001
+            }
+            self.assertEqual(types, {"EXTREME"})
         self.assertEqual(self.obj.rotation_mode, "QUATERNION")
 
     def test_world_pose(self):
@@ -124,13 +129,13 @@ class BakeTest(SceneTest):
         self.motion = BouncingBall(spin_rad_s=10.0, bounces=3)
         bake.bake(self.scene, self.obj, self.motion, CENTRE)
         self.assertEqual([a.name for a in bpy.data.actions], [first])
-        self.assertEqual(len(self.obj.animation_data.action.fcurves), 7)
+        self.assertEqual(len(fcurves(self.obj)), 7)
         self.check_world(self.obj)
 
     def test_same_motion_bakes_the_same_keys(self):
         def raw():
             out = []
-            for curve in self.obj.animation_data.action.fcurves:
+            for curve in fcurves(self.obj):
                 for name in ("co", "handle_left", "handle_right"):
                     data = np.empty(2 * len(curve.keyframe_points), dtype=np.float32)
                     curve.keyframe_points.foreach_get(name, data)
@@ -161,10 +166,10 @@ class BakeTest(SceneTest):
         bake.bake(self.scene, self.obj, self.motion, CENTRE)
         baked = self.obj.animation_data.action
         self.assertNotEqual(baked, earlier)
-        self.assertIsNotNone(baked.fcurves.find("hide_render"))
-        self.assertEqual(len(earlier.fcurves), 4)
+        self.assertIsNotNone(fcurves(self.obj).find("hide_render"))
         bake.clear(self.obj)
         self.assertEqual(self.obj.animation_data.action, earlier)
+        self.assertEqual(len(fcurves(self.obj)), 4)
         self.assertEqual(list(bpy.data.actions), [earlier])
 
     def test_clear_after_loading_the_file(self):

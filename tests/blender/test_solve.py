@@ -20,6 +20,7 @@ from support import (
     add_parent,
     evaluate_curves,
     evaluate_world,
+    fcurves,
     offset_matrix,
     worst_against,
 )
@@ -45,7 +46,7 @@ class SolveTest(SceneTest):
 
     def curves_digest(self):
         state = hashlib.sha256()
-        for curve in self.obj.animation_data.action.fcurves:
+        for curve in fcurves(self.obj):
             for name in ("co", "handle_left", "handle_right"):
                 data = np.empty(2 * len(curve.keyframe_points), dtype=np.float32)
                 curve.keyframe_points.foreach_get(name, data)
@@ -67,7 +68,7 @@ class SolveTest(SceneTest):
         self.assertTrue(own.succeeded, own.result)
         self.assertGreaterEqual(own.score, 0.3)
         self.assertLess(own.worst_error_ms, 1.0)
-        curve = self.obj.animation_data.action.fcurves.find("location", index=2)
+        curve = fcurves(self.obj).find("location", index=2)
         frames = np.array([p.co[0] for p in curve.keyframe_points if p.type == "EXTREME"])
         at = scene.timing(self.scene).time_s(frames)
         for mark in MARKS_S:
@@ -213,7 +214,7 @@ class SolveTest(SceneTest):
             scene.add_marks(self.scene, MARKS_S)
             self.assertEqual(bpy.ops.ifa.solve(), {"FINISHED"})
             # The strip's start is time 0: the first contact's key lies after it.
-            curve = self.obj.animation_data.action.fcurves.find("location", index=2)
+            curve = fcurves(self.obj).find("location", index=2)
             frames = np.array([p.co[0] for p in curve.keyframe_points if p.type == "EXTREME"])
             self.assertLess(np.abs(frames - (20 + 24 * MARKS_S[0])).min(), 0.024)
             editor.sequences[0].sound.pack()
