@@ -90,6 +90,9 @@ def on_frames(motion, timing, rule: str) -> Retimed:
         shown.append(max(end, shown[-1] + 1))
     notes = []
     if sharing:
-        some = "1 contact shares its" if sharing == 1 else f"{sharing} contacts share their"
-        notes.append(f"{some} frame with the one before: no key of its own there.")
+        one = sharing == 1
+        notes.append(
+            f"{sharing} contact{'' if one else 's'} share{'s' if one else ''} the frame of the one "
+            f"before and {'has' if one else 'have'} no key there."
+        )
     return Retimed(motion, true_s, timing.time_s(np.array(shown)), timing.time_s(frames), notes)
