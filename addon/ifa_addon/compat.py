@@ -80,7 +80,7 @@ class ActionStock:
         """An Action, empty or with curves of about these lengths (by data path)."""
         rounded = tuple(-(-n // _STOCK_STEP) * _STOCK_STEP for n in lengths.values())
         # Slotted Actions came after handle types could be set in bulk.
-        if hasattr(bpy.types.Action, "slots") or rounded not in self._asked:
+        if "slots" in bpy.types.Action.bl_rna.properties or rounded not in self._asked:
             self._asked.add(rounded)  # one object alone needs no prepared Action
             return bpy.data.actions.new(name)
         if rounded not in self._stock:

@@ -221,7 +221,7 @@ def divide(
 
     `is_beyond(begin, end)` (m,) tells which segments leave the tolerance. Each interval is cut
     into the fewest equal parts of which none does; where that takes too many, in halves as often
-    as needed, and neighbours that are good as one are joined again.
+    as needed. Then neighbours that are good as one are joined.
     """
     begin, end = fixed[:-1], fixed[1:]
     room = grid.room(end - begin)
@@ -240,43 +240,37 @@ def divide(
         )
         found.append(knots[good, 1:-1].ravel())
         left_over = np.setdiff1d(left_over, tried[good])
-    segments = _halve(begin[left_over], end[left_over], grid, is_beyond)
-    segments = _join(*segments, fixed, is_beyond)
-    return np.unique(np.concatenate([*found, segments]))
+    found.append(_halve(begin[left_over], end[left_over], grid, is_beyond))
+    return _join(np.unique(np.concatenate(found)), fixed, is_beyond)
 
 
-def _halve(begin, end, grid: Grid, is_beyond):
-    """Segments, ordered, halved until none is beyond or they are as short as keys may be."""
-    done_begin, done_end = [begin[:0]], [end[:0]]
+def _halve(begin, end, grid: Grid, is_beyond) -> np.ndarray:
+    """Times that halve segments until none is beyond or they are as short as keys may be."""
+    found = [begin[:0]]
     while len(begin):
         split = is_beyond(begin, end) & (grid.room(end - begin) >= 2)
-        done_begin.append(begin[~split])
-        done_end.append(end[~split])
         begin, end = begin[split], end[split]
         middle = grid.snap((begin + end) / 2)
+        found.append(middle)
         begin, end = np.concatenate([begin, middle]), np.concatenate([middle, end])
-    begin, end = np.concatenate(done_begin), np.concatenate(done_end)
-    order = np.argsort(begin, kind="stable")
-    return begin[order], end[order]
+    return np.concatenate(found)
 
 
-def _join(begin, end, fixed: np.ndarray, is_beyond) -> np.ndarray:
-    """The segments' beginnings after joining neighbours, in pairs, as long as any pair is good."""
-    untried = np.ones(len(begin), dtype=bool)  # to be tried with the next one
-    while True:
-        # Of two pairs with a segment in common the earlier comes first, the later another time.
-        pair = np.flatnonzero(untried[:-1] & (end[:-1] == begin[1:]) & ~np.isin(end[:-1], fixed))
-        if not len(pair):
-            return begin
-        run = np.cumsum(np.diff(pair, prepend=-2) > 1)
-        place_in_run = np.arange(len(pair)) - np.searchsorted(run, run)
-        pair = pair[place_in_run % 2 == 0]
-        untried[pair] = False
-        pair = pair[~is_beyond(begin[pair], end[pair + 1])]
-        end[pair] = end[pair + 1]
-        untried[pair] = True
-        untried[pair[pair > 0] - 1] = True
-        begin, end, untried = (np.delete(a, pair + 1) for a in (begin, end, untried))
+def _join(times: np.ndarray, fixed: np.ndarray, is_beyond) -> np.ndarray:
+    """`times` without those that are not needed: not fixed, and good as one what they divide."""
+    is_fixed = np.isin(times, fixed)
+    untried = ~is_fixed
+    while untried.any():
+        # Of neighbouring times only one is tried at once: each try counts on both neighbours.
+        tried = np.flatnonzero(untried)
+        run = np.cumsum(np.diff(tried, prepend=-2) > 1)
+        tried = tried[(np.arange(len(tried)) - np.searchsorted(run, run)) % 2 == 0]
+        untried[tried] = False
+        gone = tried[~is_beyond(times[tried - 1], times[tried + 1])]
+        untried[gone - 1] = ~is_fixed[gone - 1]
+        untried[gone + 1] = ~is_fixed[gone + 1]
+        times, is_fixed, untried = (np.delete(a, gone) for a in (times, is_fixed, untried))
+    return times
 
 
 class _Error:
