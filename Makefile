@@ -1,12 +1,12 @@
 # Everything a contributor or CI runs. `make` lists it.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help deps build demo test lint test-cpp test-python test-blender test-sanitized hard-cases bench bench-physics bench-connections bench-paper sanitize format clean
+.PHONY: help deps build extension demo test lint test-cpp test-python test-blender test-sanitized hard-cases bench bench-physics bench-connections bench-paper sanitize format clean
 
 PY := .venv/bin/python
 CMAKE_DIR := build/cmake
 CXX_SOURCES = $(shell find cpp tests/cpp benchmarks -name '*.cpp' -o -name '*.hpp')
-PY_SOURCES := python addon tests examples benchmarks docs
+PY_SOURCES := python addon tests examples benchmarks docs scripts
 TEST_PARTS := lint test-cpp test-python test-blender test-sanitized
 
 help:  ## list the targets
@@ -55,9 +55,16 @@ test-cpp: build  ## run the C++ tests
 test-python: build  ## run the Python tests
 	@$(PY) -m pytest
 
-test-blender: build  ## run the add-on's tests inside Blender, also in a real window
-	@scripts/install.sh blender
-	@$(PY) tests/blender/run.py --window --screenshot build/blender_window.png
+# The module that both zips carry links the C++ libraries of build/cmake, which test-cpp tests.
+extension: build  ## build the add-on's zips with the core inside, in build/extension
+	@scripts/install.sh extension
+	@$(PY) -m scripts.extension
+
+# Debian's Blender 3.4, then Blender 4.5 and 5.2 as modules of the Python that each needs, where that is here.
+test-blender: extension  ## run the add-on's tests inside Blender, also in a real window, and install its zips
+	@scripts/install.sh blender bpy311 bpy313
+	@$(PY) tests/blender/run.py --window --screenshot build/blender_window.png --zips build/extension \
+	  --python build/bpy311/bin/python --python build/bpy313/bin/python
 
 # All random trials, where the other targets run a share of them. The table is that of docs/hard_cases.md.
 hard-cases: build  ## run the hard cases in full, about an hour, and print what each held

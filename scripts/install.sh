@@ -1,16 +1,21 @@
 #!/usr/bin/env bash
-# Installs what is missing for the named parts: scripts/install.sh [build] [blender] [bench]
+# Installs what is missing for the named parts: scripts/install.sh [build] [blender] [bench] [extension] [bpy311] [bpy313]
 #   build    Debian packages of the compiler and libraries, and .venv with the Python packages
 #   blender  Debian's Blender and a virtual display, for the tests of the add-on
 #   bench    Bullet and MuJoCo, for benchmarks/physics; after or together with build
-# Asks nothing of the network when nothing is missing. PYTHON=... chooses the interpreter.
+#   extension  auditwheel, and what builds the core for Python 3.13 in build/cp313 where the machine has it; after build
+#   bpy311, bpy313  Blender 4.5 and 5.2 as Python modules in build/bpy311 and build/bpy313, where the machine has that Python
+# Asks nothing of the network when nothing is missing. PYTHON=... chooses the interpreter, PYTHON311=... and
+# PYTHON313=... those of extension, bpy311 and bpy313.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 build_packages=(g++ cmake ninja-build libode-dev libeigen3-dev libnanoflann-dev libsndfile1-dev
                 libqhull-dev libgtest-dev)
 blender_packages=(blender python3-numpy xvfb xauth)
+bpy_packages=(libgl1 libsm6 libice6 libx11-6 libxext6 libxfixes3 libxi6 libxkbcommon0 libxrender1)
 bench_packages=(libbullet-dev pkg-config)
+build_requirements=("scikit-build-core>=0.11" "pybind11>=2.13")  # of pyproject.toml
 venv=.venv
 
 say() { printf 'install: %s\n' "$*" >&2; }
@@ -29,6 +34,18 @@ find_python() {
   local candidate
   for candidate in ${PYTHON:-python3.11 /usr/bin/python3.11 /usr/bin/python3}; do
     if usable_python "$candidate"; then
+      echo "$candidate"
+      return
+    fi
+  done
+  return 1
+}
+
+# An interpreter of just the version $1 (3.13), for what must run in Blender's own.
+find_version() {
+  local name="PYTHON${1/./}" candidate
+  for candidate in ${!name:-"python$1" "/usr/bin/python$1" "${PYENV_ROOT:-$HOME/.pyenv}/versions/$1".*/bin/python}; do
+    if usable_python "$candidate" && "$candidate" -c "import sys; sys.exit('%d.%d' % sys.version_info[:2] != '$1')"; then
       echo "$candidate"
       return
     fi
@@ -76,7 +93,9 @@ for part in "$@"; do
       fi ;;
     blender) packages+=("${blender_packages[@]}") ;;
     bench) packages+=("${bench_packages[@]}") ;;
-    *) say "unknown part '$part': build, blender or bench"; exit 2 ;;
+    bpy311|bpy313) packages+=("${bpy_packages[@]}") ;;
+    extension) ;;
+    *) say "unknown part '$part': build, blender, bench, extension, bpy311 or bpy313"; exit 2 ;;
   esac
 done
 
@@ -101,8 +120,31 @@ install_extra() {
     --config-settings wheel.cmake=false --config-settings editable.mode=inplace
 }
 
+# Makes the environment $2 with the packages $3... for the Python of version $1, unless it has them.
+own_venv() {
+  local version="$1" folder="$2" python stamp
+  shift 2
+  stamp="$folder/$(printf '%s ' "$@" | sha256sum | cut -c1-12)"
+  [ -e "$stamp" ] && "$folder/bin/python" -c '' 2>/dev/null && return
+  if ! python=$(find_version "$version"); then
+    say "no Python $version with its headers here: $folder is left out (PYTHON${version/./}=... names one)"
+    return
+  fi
+  say "making $folder with $python: $*"
+  "$python" -m venv --clear "$folder"
+  "$folder/bin/python" -m pip --disable-pip-version-check install -q "$@"
+  touch "$stamp"
+}
+
 for part in "$@"; do
   case "$part" in
+    extension)
+      own_venv 3.13 build/cp313 "${build_requirements[@]}"
+      current "$venv/installed_extension" && continue
+      install_extra extension
+      touch "$venv/installed_extension" ;;
+    bpy311) own_venv 3.11 build/bpy311 bpy==4.5.15 ;;
+    bpy313) own_venv 3.13 build/bpy313 bpy==5.2.3 ;;
     build)
       current "$venv/installed" && continue
       if ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
@@ -113,7 +155,7 @@ for part in "$@"; do
         say "making $venv with $("$python" --version) ($python)"
         "$python" -m venv --clear "$venv"
       fi
-      pip_install "scikit-build-core>=0.11" "pybind11>=2.13"
+      pip_install "${build_requirements[@]}"
       install_extra dev
       touch "$venv/installed" ;;
     bench)

@@ -10,7 +10,7 @@ from . import core, job, operators, panel, properties
 bl_info = {
     "name": "Inverse-Foley Animation",
     "author": "The IFA authors",
-    "version": (0, 1, 0),
+    "version": (0, 0, 0),  # `make extension` puts in that of CMakeLists.txt
     "blender": (3, 4, 0),
     "location": "3D View > Sidebar > IFA",
     "description": "Rigid-body motion whose contacts land on the marks of a sound",

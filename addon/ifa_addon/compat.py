@@ -119,15 +119,21 @@ def sound_strips(scene) -> list:
     if editor is None:
         return []
     strips = editor.strips_all if hasattr(editor, "strips_all") else editor.sequences_all
-    return sorted((s for s in strips if s.type == "SOUND"), key=lambda s: (s.frame_start, s.name))
+    return sorted((s for s in strips if s.type == "SOUND"), key=lambda s: (strip_start(s), s.name))
 
 
-def strip_speed(strip) -> float:
-    """How much faster than recorded the strip plays."""
+def strip_start(strip) -> float:
+    """The frame where the recording begins, wherever the strip is trimmed to."""
+    name = "content_start" if hasattr(strip, "content_start") else "frame_start"
+    return float(getattr(strip, name))
+
+
+def plays_as_recorded(strip) -> bool:
+    """Whether the strip plays at the recording's own speed; retiming keys may bend it anywhere."""
     for name in ("pitch", "speed_factor"):
-        if hasattr(strip, name):
-            return float(getattr(strip, name))
-    return 1.0
+        if abs(float(getattr(strip, name, 1.0)) - 1.0) > 1e-6:
+            return False
+    return len(getattr(strip, "retiming_keys", ())) == 0
 
 
 def draw_progress(layout, fraction: float, text: str) -> None:

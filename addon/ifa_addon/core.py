@@ -15,6 +15,8 @@ from types import ModuleType
 
 import numpy as np
 
+BUNDLED = Path(__file__).with_name("wheels_unpacked")  # of the zip for Blender before 4.2
+
 _added_paths: list[str] = []
 
 
@@ -38,9 +40,14 @@ def remove_paths() -> None:
 
 
 def load(extra_path: str = "") -> ModuleType:
-    """The package `ifa`, looked for in IFA_PYTHONPATH and `extra_path` too. Raises CoreMissing."""
+    """The package `ifa`, looked for in IFA_PYTHONPATH, `extra_path` and BUNDLED last.
+
+    Raises CoreMissing.
+    """
     for entry in [*os.environ.get("IFA_PYTHONPATH", "").split(os.pathsep), extra_path]:
         add_path(entry)
+    if BUNDLED.is_dir():
+        add_path(str(BUNDLED))
     try:
         module = importlib.import_module("ifa")
         # A folder of that name on the path would import as an empty namespace package.

@@ -246,9 +246,7 @@ class IFA_OT_use_frames(bpy.types.Operator):
 
     def execute(self, context):
         for marker in scene.matching_markers(context.scene, context.object.ifa.marker_filter):
-            for name in (scene.EXACT_TIME, scene.EXACT_FRAME):
-                if name in marker:
-                    del marker[name]
+            scene.forget_time(marker)
         return {"FINISHED"}
 
 

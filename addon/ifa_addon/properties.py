@@ -213,6 +213,21 @@ class IFA_PG_scene(bpy.types.PropertyGroup):
     )
 
 
+class IFA_PG_marker(bpy.types.PropertyGroup):
+    """A registered property, for the markers of Blender 5 take no custom ones."""
+
+    time_s: StringProperty(
+        name="Exact Time",
+        description="Seconds from time 0, as text, for a number property would round them",
+        options={"HIDDEN"},
+    )
+    frame: IntProperty(
+        name="Frame",
+        description="Where the marker stood when its time was stored: elsewhere it was dragged",
+        options={"HIDDEN"},
+    )
+
+
 class IFA_preferences(bpy.types.AddonPreferences):
     bl_idname = __package__
 
@@ -227,7 +242,7 @@ class IFA_preferences(bpy.types.AddonPreferences):
         self.layout.prop(self, "core_path")
 
 
-CLASSES = (IFA_PG_object, IFA_PG_scene, IFA_preferences)
+CLASSES = (IFA_PG_object, IFA_PG_scene, IFA_PG_marker, IFA_preferences)
 
 
 def core_path() -> str:
@@ -247,6 +262,7 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.types.Object.ifa = PointerProperty(type=IFA_PG_object)
     bpy.types.Scene.ifa = PointerProperty(type=IFA_PG_scene)
+    bpy.types.TimelineMarker.ifa = PointerProperty(type=IFA_PG_marker)
     bpy.types.WindowManager.ifa_progress = FloatProperty(
         name="Progress",
         description="Share of the solve that is done; Esc cancels",
@@ -260,6 +276,7 @@ def register() -> None:
 
 def unregister() -> None:
     del bpy.types.WindowManager.ifa_progress
+    del bpy.types.TimelineMarker.ifa
     del bpy.types.Scene.ifa
     del bpy.types.Object.ifa
     for cls in reversed(CLASSES):

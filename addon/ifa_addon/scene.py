@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from itertools import pairwise
+from math import isfinite
 from pathlib import Path
 
 import bpy
@@ -13,8 +14,6 @@ import numpy as np
 
 from . import compat, core, keys
 
-EXACT_TIME = "ifa_time"  # on a marker: seconds from the time origin, never rounded to a frame
-EXACT_FRAME = "ifa_frame"  # the marker's frame when that time was stored; another means dragged
 MERGE_GAP_S = 0.010  # closer marks are one event to the solver
 SHEAR_TOLERANCE = 1e-4  # relative; float32 matrices of nested parents reach a few 1e-6
 LEVEL_TOLERANCE_DEG = 0.1  # how far a ground may tilt
@@ -65,10 +64,12 @@ def timing(scene) -> keys.Timing:
         strip = sound_strip(scene)
         if strip is None:
             raise SceneError("There is no sound strip in the sequencer: add one or turn sound off.")
-        if abs(compat.strip_speed(strip) - 1.0) > 1e-6:
-            raise SceneError(f"Sound strip '{strip.name}' plays at another speed: set it to 1.")
-        # Trimming moves frame_final_start only: this stays where the recording begins.
-        origin = float(strip.frame_start)
+        if not compat.plays_as_recorded(strip):
+            raise SceneError(
+                f"Sound strip '{strip.name}' plays at another speed: set it to 1 and remove the "
+                "retiming keys."
+            )
+        origin = compat.strip_start(strip)
     return keys.Timing(render.fps / render.fps_base, origin)
 
 
@@ -109,16 +110,34 @@ def name_matches(name: str, pattern: str) -> bool:
 def matching_markers(scene, pattern: str) -> list:
     """Markers by name, in order of time; those that switch cameras are not contact marks."""
     found = [m for m in scene.timeline_markers if not m.camera and name_matches(m.name, pattern)]
-    return sorted(found, key=lambda m: (m.frame, m.get(EXACT_TIME, 0.0), m.name))
+    return sorted(found, key=lambda m: (m.frame, stored_time_s(m) or 0.0, m.name))
+
+
+def stored_time_s(marker) -> float | None:
+    """Seconds from the time origin, never rounded to a frame, if the marker keeps them."""
+    try:
+        time_s = float(marker.ifa.time_s)
+    except ValueError:
+        return None
+    return time_s if isfinite(time_s) else None
+
+
+def store_time(marker, time_s: float) -> None:
+    marker.ifa.time_s = repr(time_s)
+    marker.ifa.frame = marker.frame
+
+
+def forget_time(marker) -> None:
+    marker.property_unset("ifa")
 
 
 def read_mark(marker, time: keys.Timing) -> Mark:
     """A stored exact time holds while the marker stays where it was put, or where that time is."""
-    stored = marker.get(EXACT_TIME)
-    if isinstance(stored, (int, float)):
-        still = marker.frame == marker.get(EXACT_FRAME)
+    stored = stored_time_s(marker)
+    if stored is not None:
+        still = marker.frame == marker.ifa.frame
         if still or marker.frame == round(float(time.frame(stored))):
-            return Mark(marker.name, marker.frame, float(stored), True, False)
+            return Mark(marker.name, marker.frame, stored, True, False)
     in_time = float(time.time_s(marker.frame))
     return Mark(marker.name, marker.frame, in_time, False, stored is not None)
 
@@ -151,9 +170,7 @@ def checked_marks(scene, pattern: str, time: keys.Timing) -> list[Mark]:
 def store_exact_times(scene, pattern: str, time: keys.Timing) -> None:
     """Keep each mark's time on its marker, so that a later drag can be told."""
     for marker in matching_markers(scene, pattern):
-        mark = read_mark(marker, time)
-        marker[EXACT_TIME] = mark.time_s
-        marker[EXACT_FRAME] = marker.frame
+        store_time(marker, read_mark(marker, time).time_s)
 
 
 def add_marks(scene, times_s, prefix: str = "hit") -> None:
@@ -163,8 +180,7 @@ def add_marks(scene, times_s, prefix: str = "hit") -> None:
     for i, time_s in enumerate(times_s, 1):
         frame = round(float(time.frame(time_s)))
         marker = scene.timeline_markers.new(f"{prefix} {i:0{width}}", frame=frame)
-        marker[EXACT_TIME] = float(time_s)
-        marker[EXACT_FRAME] = frame
+        store_time(marker, float(time_s))
 
 
 def ancestors(obj) -> list:

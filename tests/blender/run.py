@@ -2,6 +2,8 @@
 
 Options: --window also drives a real window under Xvfb; --screenshot PNG keeps its picture;
 --core DIR takes the package ifa from DIR; --blender PATH; any other word chooses tests by name.
+--zips DIR also installs the zips of `make extension` from there into clean configurations;
+--python PATH, given with it, runs the tests and the extension in the bpy of that Python too.
 The last line is "N passed, N failed"; the exit code is 0 only if none failed.
 """
 
@@ -14,6 +16,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import zipfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -43,15 +46,30 @@ def assemble_core(package: Path, module: Path) -> Path:
     return folder
 
 
-def clean_environment(folder: Path, core: Path) -> dict[str, str]:
+def core_of_wheel(extension: Path, python: str) -> Path | None:
+    """The core that the extension carries for a Python, unpacked; None if it carries none."""
+    code = "import sys; print('cp{}{}'.format(*sys.version_info))"
+    tag = subprocess.run([python, "-c", code], capture_output=True, text=True).stdout.strip()
+    with zipfile.ZipFile(extension) as archive:
+        for name in archive.namelist():
+            if name.endswith(".whl") and f"-{tag}-" in name:
+                folder = Path(tempfile.mkdtemp(prefix="ifa-core-"))
+                with archive.open(name) as wheel, zipfile.ZipFile(wheel) as files:
+                    files.extractall(folder)
+                return folder
+    return None
+
+
+def clean_environment(folder: Path, core: Path | None) -> dict[str, str]:
     environment = dict(os.environ)
-    for name in ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV"):
+    for name in ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV", "IFA_PYTHONPATH"):
         environment.pop(name, None)
     # A distribution's Blender takes its standard library from the first python3 on the PATH.
     environment["PATH"] = os.pathsep.join(["/usr/bin", "/bin", environment.get("PATH", "")])
-    environment["IFA_PYTHONPATH"] = str(core)
+    if core is not None:
+        environment["IFA_PYTHONPATH"] = str(core)
     environment["PYTHONDONTWRITEBYTECODE"] = "1"
-    for name in ("BLENDER_USER_CONFIG", "BLENDER_USER_SCRIPTS"):
+    for name in ("BLENDER_USER_CONFIG", "BLENDER_USER_SCRIPTS", "BLENDER_USER_EXTENSIONS"):
         environment[name] = str(folder / name.lower())
         Path(environment[name]).mkdir()
     return environment
@@ -74,10 +92,16 @@ def run_blender(command: list[str], environment: dict[str, str], limit_s: int) -
     return done.returncode, done.stdout
 
 
-def run_suite(name: str, command: list[str], folder: Path, core: Path, limit_s: int) -> dict:
+def run_suite(name: str, command: list[str], core: Path | None, limit_s: int) -> dict:
     """Counts of one Blender run. A crash, or a run that reports nothing, is a failure."""
-    report = folder / "report.json"
-    code, output = run_blender([*command, str(report)], clean_environment(folder, core), limit_s)
+    with tempfile.TemporaryDirectory(prefix="ifa-blender-") as folder:
+        report = Path(folder) / "report.json"
+        environment = clean_environment(Path(folder), core)
+        return _run_suite(name, [*command, str(report)], environment, limit_s, report)
+
+
+def _run_suite(name, command, environment, limit_s: int, report: Path) -> dict:
+    code, output = run_blender(command, environment, limit_s)
     if report.is_file():
         counts = json.loads(report.read_text())
         if code and not counts["failed"]:
@@ -93,12 +117,70 @@ def _summary(output: str) -> list[str]:
     return [line for line in output.splitlines() if line.endswith("ok") or "skipped" in line]
 
 
+def offline(command: list[str]) -> list[str]:
+    """The command in a network of its own, with nothing in it, where that is permitted."""
+    prefix = ["unshare", "--map-root-user", "--net"]
+    try:
+        permitted = subprocess.run([*prefix, "true"], capture_output=True).returncode == 0
+    except FileNotFoundError:
+        permitted = False
+    if not permitted:
+        print("No right to cut the network off: only Python's own connections are refused.")
+    return [*prefix, *command] if permitted else command
+
+
+def inside(*arguments: str | Path) -> list[str]:
+    return [str(HERE / "inside.py"), "--", *map(str, arguments)]
+
+
+def in_blender(blender: str, arguments: list[str]) -> list[str]:
+    command = [blender, "-b", "--factory-startup", "--python-exit-code", "3"]
+    return [*command, "--python", *arguments]
+
+
+def test_zips(blender: str, pythons: list[str], zips: Path, names: list[str]) -> list[dict]:
+    """The zips of `make extension`, each installed where it is for."""
+    counts = []
+    for legacy in zips.glob("*legacy*.zip"):
+        command = in_blender(blender, inside("--installed", legacy, "--pattern", "zip_legacy.py"))
+        counts.append(run_suite(legacy.name, offline(command), None, HEADLESS_LIMIT_S))
+    extensions = [path for path in zips.glob("*.zip") if "legacy" not in path.name]
+    if len(extensions) != 1 or not counts:
+        print(f"{zips} does not hold both zips: run make extension first.")
+        return [*counts, {"passed": 0, "failed": 1, "skipped": 0}]
+    for python in pythons:
+        counts += test_version(python, extensions[0], names)
+    return counts
+
+
+def test_version(python: str, extension: Path, names: list[str]) -> list[dict]:
+    """The tests of the repository's add-on with the zip's core, and the zip itself, in one bpy."""
+    if shutil.which(python) is None:
+        print(f"Skipped: there is no {python} here (scripts/install.sh bpy311 bpy313).")
+        return [{"passed": 0, "failed": 0, "skipped": 1}]
+    code = "import bpy; print(bpy.app.version_string)"
+    version = subprocess.run([python, "-c", code], capture_output=True, text=True).stdout.split()
+    name = f"bpy {version[0]}" if version else python
+    core = core_of_wheel(extension, python)
+    if core is None:
+        print(f"{name}: {extension.name} holds no core for its Python.")
+        return [{"passed": 0, "failed": 1, "skipped": 0}]
+    try:
+        suite = run_suite(name, [python, *inside(*names)], core, HEADLESS_LIMIT_S)
+    finally:
+        shutil.rmtree(core)
+    command = [python, *inside("--installed", extension, "--pattern", "zip_extension.py")]
+    return [suite, run_suite(f"{name}, extension", offline(command), None, HEADLESS_LIMIT_S)]
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*")
     parser.add_argument("--window", action="store_true")
     parser.add_argument("--screenshot", type=Path, default=None)
     parser.add_argument("--core", type=Path, default=None)
+    parser.add_argument("--zips", type=Path, default=None)
+    parser.add_argument("--python", action="append", default=[])
     parser.add_argument("--blender", default=os.environ.get("BLENDER", "blender"))
     options = parser.parse_args()
 
@@ -113,19 +195,18 @@ def main() -> int:
         print("0 passed, 1 failed")
         return 1
 
-    total = {"passed": 0, "failed": 0, "skipped": 0}
     try:
-        with tempfile.TemporaryDirectory(prefix="ifa-blender-") as name:
-            command = [blender, "-b", "--factory-startup", "--python-exit-code", "3"]
-            command += ["--python", str(HERE / "inside.py"), "--", *options.names]
-            counts = run_suite("headless", command, Path(name), core.resolve(), HEADLESS_LIMIT_S)
-            total = {key: total[key] + counts[key] for key in total}
+        command = in_blender(blender, inside(*options.names))
+        counts = [run_suite("headless", command, core.resolve(), HEADLESS_LIMIT_S)]
         if options.window:
-            counts = run_window(blender, core.resolve(), options.screenshot)
-            total = {key: total[key] + counts[key] for key in total}
+            counts.append(run_window(blender, core.resolve(), options.screenshot))
     finally:
         if options.core is None:
             shutil.rmtree(core, ignore_errors=True)
+    if options.zips:
+        zips = options.zips.resolve()
+        counts += test_zips(blender, options.python, zips, options.names)
+    total = {key: sum(count[key] for count in counts) for key in ("passed", "failed", "skipped")}
     if total["skipped"]:
         print(f"{total['skipped']} skipped")
     print(f"{total['passed']} passed, {total['failed']} failed")
@@ -145,7 +226,7 @@ def run_window(blender: str, core: Path, screenshot: Path | None) -> dict:
         command += ["--factory-startup", "--enable-event-simulate", "-noaudio"]
         command += ["--window-geometry", "0", "0", "1600", "900"]
         command += ["--python", str(HERE / "window.py"), "--", str(picture)]
-        return run_suite("window", command, folder, core, WINDOW_LIMIT_S)
+        return run_suite("window", command, core, WINDOW_LIMIT_S)
 
 
 if __name__ == "__main__":

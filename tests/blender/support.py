@@ -131,6 +131,18 @@ def add_box(name="die", size=(0.016, 0.016, 0.016), centre=(0.0, 0.0, 0.0)):
     return obj
 
 
+def add_sound(scene, name, path, frame):
+    """A sound strip that begins at `frame`; the collection was renamed in Blender 4.4."""
+    editor = scene.sequence_editor_create()
+    strips = editor.strips if hasattr(editor, "strips") else editor.sequences
+    return strips.new_sound(name, path, 1, frame)
+
+
+def set_first(owner, names, value):
+    """Set the first of the properties that `owner` has: some were renamed in Blender 5.1."""
+    setattr(owner, next(name for name in names if hasattr(owner, name)), value)
+
+
 def rotation_deg(a, b):
     return np.degrees(keys.rotation_between(np.asarray(a), np.asarray(b)))
 

@@ -7,7 +7,15 @@ from tempfile import TemporaryDirectory
 import bpy
 import numpy as np
 from ifa_addon import scene
-from support import FRAME_RATES, SceneTest, add_box, add_parent, offset_matrix
+from support import (
+    FRAME_RATES,
+    SceneTest,
+    add_box,
+    add_parent,
+    add_sound,
+    offset_matrix,
+    set_first,
+)
 
 
 class MarksTest(SceneTest):
@@ -110,8 +118,7 @@ class SoundTest(SceneTest):
 
     def add_strip(self, frame):
         self.scene.ifa.sound_source = "STRIP"
-        editor = self.scene.sequence_editor_create()
-        return editor.sequences.new_sound("roll", self.path, 1, frame)
+        return add_sound(self.scene, "roll", self.path, frame)
 
     def test_times_run_from_the_strip(self):
         self.add_strip(50)
@@ -120,10 +127,11 @@ class SoundTest(SceneTest):
 
     def test_trimming_keeps_the_origin_and_moving_takes_it_along(self):
         strip = self.add_strip(50)
-        strip.frame_offset_start = 7
-        self.assertEqual(strip.frame_final_start, 57)
+        set_first(strip, ("left_handle_offset", "frame_offset_start"), 7)
+        seen = strip.left_handle if hasattr(strip, "left_handle") else strip.frame_final_start
+        self.assertEqual(seen, 57)
         self.assertEqual(scene.timing(self.scene).origin_frame, 50.0)
-        strip.frame_start = 62
+        set_first(strip, ("content_start", "frame_start"), 62)
         self.assertEqual(scene.timing(self.scene).origin_frame, 62.0)
 
     def test_packed_sound(self):
@@ -145,7 +153,13 @@ class SoundTest(SceneTest):
 
     def test_another_speed_is_refused(self):
         strip = self.add_strip(1)
-        strip.speed_factor = 2.0
+        if hasattr(strip, "speed_factor"):
+            strip.speed_factor = 2.0
+        elif hasattr(strip, "content_start"):
+            strip.retiming_keys.add(timeline_frame=30)
+            strip.retiming_keys[1].timeline_frame = 20
+        else:
+            self.skipTest("retiming_keys.add crashes the bpy 4.5 module")
         with self.assertRaisesRegex(scene.SceneError, "'roll' plays at another speed"):
             scene.timing(self.scene)
 

@@ -18,6 +18,7 @@ from support import (
     SceneTest,
     add_box,
     add_parent,
+    add_sound,
     evaluate_curves,
     evaluate_world,
     fcurves,
@@ -82,10 +83,10 @@ class SolveTest(SceneTest):
     def test_picture_first_keeps_the_marks_and_touches_on_its_frames(self):
         """The markers keep their exact times; what is seen moves to the frames of the rule."""
         scene.add_marks(self.scene, MARKS_S)
-        before = [dict(marker.items()) for marker in self.scene.timeline_markers]
         self.obj.ifa.key_times = "PICTURE_FIRST"
         self.assertEqual(bpy.ops.ifa.solve(), {"FINISHED"})
-        self.assertEqual([dict(marker.items()) for marker in self.scene.timeline_markers], before)
+        kept = [scene.stored_time_s(marker) for marker in self.scene.timeline_markers]
+        self.assertEqual(kept, MARKS_S)
         for curve in fcurves(self.obj):
             frames = np.array([p.co[0] for p in curve.keyframe_points])
             np.testing.assert_array_equal(frames, np.round(frames))
@@ -225,15 +226,14 @@ class SolveTest(SceneTest):
                 out.setframerate(rate)
                 out.writeframes((32767 * samples).astype("<i2").tobytes())
             self.scene.ifa.sound_source = "STRIP"
-            editor = self.scene.sequence_editor_create()
-            editor.sequences.new_sound("clicks", path, 1, 20)
+            strip = add_sound(self.scene, "clicks", path, 20)
             scene.add_marks(self.scene, MARKS_S)
             self.assertEqual(bpy.ops.ifa.solve(), {"FINISHED"})
             # The strip's start is time 0: the first contact's key lies after it.
             curve = fcurves(self.obj).find("location", index=2)
             frames = np.array([p.co[0] for p in curve.keyframe_points if p.type == "EXTREME"])
             self.assertLess(np.abs(frames - (20 + 24 * MARKS_S[0])).min(), 0.024)
-            editor.sequences[0].sound.pack()
+            strip.sound.pack()
             Path(path).unlink()
             first = self.curves_digest()
             self.assertEqual(bpy.ops.ifa.solve(), {"FINISHED"})

@@ -17,7 +17,7 @@ sys.path[:0] = [str(HERE), str(HERE.parents[1] / "addon")]
 import addon_utils  # noqa: E402
 import bpy  # noqa: E402
 from ifa_addon import job, panel, scene  # noqa: E402
-from support import add_box  # noqa: E402
+from support import add_box, fcurves  # noqa: E402
 
 PICTURE, REPORT = sys.argv[sys.argv.index("--") + 1 :]
 MARKS_S = [0.30, 0.42, 0.48, 0.52]  # a simulated 16 mm die's, rounded to 10 ms
@@ -141,7 +141,7 @@ def drive():
     while not bpy.data.objects["die"].ifa.action and time.monotonic() - started < KEYED_WITHIN_S:
         yield 0.1
     die = bpy.data.objects["die"]
-    check("Solve keys the object", die.ifa.action is not None and len(die.ifa.action.fcurves) == 7)
+    check("Solve keys the object", die.ifa.action is not None and len(fcurves(die)) == 7)
     check("the button is free again", job.running() is None)
     bpy.context.scene.frame_set(round(1 + 24 * MARKS_S[1]))
     yield 0.5
