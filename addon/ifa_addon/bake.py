@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import bpy
 import numpy as np
 
 from . import compat, keys, scene
 
-CHANNELS = [("location", i) for i in range(3)] + [("rotation_quaternion", i) for i in range(4)]
+CHANNELS = {"location": 3, "rotation_quaternion": 4}  # F-curves that a bake writes
 _REPLACED = {"location", "rotation_quaternion", "rotation_euler", "rotation_axis_angle"}
 
 
@@ -18,7 +20,7 @@ def placement(scene_, obj, centre_of_mass_m: np.ndarray, motion) -> keys.Placeme
     space = scene.parent_space(obj)
     turn = space[:3, :3] / np.cbrt(np.linalg.det(space[:3, :3]))
     from_parent = _quaternion(turn)
-    delta = np.array(obj.delta_rotation_quaternion, dtype=np.float64)
+    delta = np.array(_delta_turn(obj), dtype=np.float64)
     delta /= np.linalg.norm(delta)
     # world = parent * delta * own
     unturn = keys.multiply(from_parent, delta) * np.array([1.0, -1.0, -1.0, -1.0])
@@ -28,6 +30,7 @@ def placement(scene_, obj, centre_of_mass_m: np.ndarray, motion) -> keys.Placeme
         first = np.asarray(motion.contact_times_s[:1], dtype=np.float64)
         touched, _ = motion.sample(first if len(first) else np.array([motion.start_s]))
         shift[:2] = place[:2] - touched[0, :2]
+    shift[2] = scene.ground_height(scene_, obj) * unit_m
     return keys.Placement(
         centre_of_mass_m=centre_of_mass_m,
         metres_per_unit=unit_m,
@@ -36,6 +39,13 @@ def placement(scene_, obj, centre_of_mass_m: np.ndarray, motion) -> keys.Placeme
         unturn_wxyz=unturn,
         delta_location=np.array(obj.delta_location, dtype=np.float64),
     )
+
+
+def _delta_turn(obj):
+    """The delta rotation in effect, as a quaternion: an Euler mode has one of its own."""
+    if obj.rotation_mode in {"QUATERNION", "AXIS_ANGLE"}:
+        return obj.delta_rotation_quaternion
+    return obj.delta_rotation_euler.to_quaternion()
 
 
 def _quaternion(rotation: np.ndarray) -> np.ndarray:
@@ -61,42 +71,61 @@ def _home_origin(obj, space: np.ndarray) -> np.ndarray:
     return space[:3, :3] @ own + space[:3, 3]
 
 
+def tolerance(obj) -> keys.Tolerance:
+    own = obj.ifa
+    return keys.Tolerance(
+        1e-3 * own.position_tolerance_mm, float(np.radians(own.rotation_tolerance_deg))
+    )
+
+
+def make(scene_, obj, motion, centre_of_mass_m) -> keys.Keys:
+    """The keys of `motion` for `obj` as the scene stands; nothing is written."""
+    time = scene.timing(scene_)
+    place = placement(scene_, obj, np.asarray(centre_of_mass_m, dtype=np.float64), motion)
+    return keys.make_keys(motion, time, place, tolerance(obj), obj.ifa.key_times)
+
+
 def bake(scene_, obj, motion, centre_of_mass_m) -> keys.Keys:
     """Key the motion on `obj`, into the Action of an earlier bake where there is one.
 
     Everything that can fail is computed before the object is touched.
     """
-    time = scene.timing(scene_)
-    place = placement(scene_, obj, np.asarray(centre_of_mass_m, dtype=np.float64), motion)
-    made = keys.make_keys(motion, time, place)
-    _remember(obj)
-    obj.rotation_mode = "QUATERNION"
-    curves = compat.fcurves(_own_action(obj), obj)
-    for channel, (path, index) in enumerate(CHANNELS):
-        curve = curves.find(path, index=index) or compat.new_fcurve(
-            curves, path, index, "Object Transforms"
-        )
-        write_curve(curve, made, channel)
-    obj.update_tag()
-    scene_.frame_set(scene_.frame_current, subframe=scene_.frame_subframe)
+    made = make(scene_, obj, motion, centre_of_mass_m)
+    write(scene_, [(obj, made)])
     return made
 
 
-def write_curve(curve, made: keys.Keys, channel: int) -> None:
-    points = curve.keyframe_points
-    points.clear()
-    points.add(len(made.frames))
-    co = np.column_stack([made.frames, made.values[:, channel]])
+def write(scene_, baked: Iterable[tuple[bpy.types.Object, keys.Keys]]) -> None:
+    """Write finished keys to their objects and show them; for many objects in one go."""
+    with compat.ActionStock(CHANNELS) as stock:
+        for obj, made in baked:
+            _remember(obj)
+            obj.delta_rotation_quaternion = _delta_turn(obj)
+            obj.rotation_mode = "QUATERNION"
+            tracks = {"location": made.location, "rotation_quaternion": made.rotation}
+            lengths = {path: len(track.frames) for path, track in tracks.items()}
+            curves = compat.fcurves(_own_action(obj, stock, lengths), obj)
+            for path, track in tracks.items():
+                for index in range(CHANNELS[path]):
+                    curve = curves.find(path, index=index) or compat.new_fcurve(
+                        curves, path, index, "Object Transforms"
+                    )
+                    _write_curve(curve, track, index, stock)
+            obj.update_tag()
+    scene_.frame_set(scene_.frame_current, subframe=scene_.frame_subframe)
+
+
+def _write_curve(curve, track: keys.Track, channel: int, stock: compat.ActionStock) -> None:
+    count = len(track.frames)
+    # Handle types come first: other ones would move the handles.
+    points = stock.free_points(curve, count)
+    co = np.column_stack([track.frames, track.values[:, channel]])
     points.foreach_set("co", co.astype(np.float32).ravel())
-    # foreach_set ignores handle types silently. They come first: others would move the handles.
-    for point, contact in zip(points, made.is_contact, strict=True):
-        point.interpolation = "BEZIER"
-        point.handle_left_type = "FREE"
-        point.handle_right_type = "FREE"
-        point.type = "EXTREME" if contact else "KEYFRAME"
-    points.foreach_set("handle_left", made.left[:, channel].astype(np.float32).ravel())
-    points.foreach_set("handle_right", made.right[:, channel].astype(np.float32).ravel())
-    points.foreach_set("select_control_point", np.zeros(len(points), dtype=bool))
+    points.foreach_set("handle_left", track.left[:, channel].astype(np.float32).ravel())
+    points.foreach_set("handle_right", track.right[:, channel].astype(np.float32).ravel())
+    contact, other = (compat.enum_number("type", item) for item in ("EXTREME", "KEYFRAME"))
+    points.foreach_set("type", np.where(track.is_contact, contact, other).astype(np.int32))
+    points.foreach_set("select_control_point", np.zeros(count, dtype=bool))
     curve.extrapolation = "CONSTANT"
     curve.update()
 
@@ -109,28 +138,31 @@ def _remember(obj) -> None:
     own.before_rotation_mode = obj.rotation_mode
     own.before_location = obj.location
     own.before_quaternion = obj.rotation_quaternion
+    own.before_delta_quaternion = obj.delta_rotation_quaternion
     own.before_euler = obj.rotation_euler
     own.before_axis_angle = obj.rotation_axis_angle
     own.before_had_animation_data = obj.animation_data is not None
     own.before_action = obj.animation_data.action if obj.animation_data else None
 
 
-def _own_action(obj):
+def _own_action(obj, stock: compat.ActionStock, lengths: dict[str, int]):
     """The Action that bakes go into; other channels of the earlier Action are carried over."""
     own = obj.ifa
     data = obj.animation_data or obj.animation_data_create()
     if own.action is None:
         earlier = own.before_action
         if earlier is None:
-            own.action = bpy.data.actions.new(f"{obj.name} IFA")
+            own.action = stock.new_action(f"{obj.name} IFA", lengths)
         else:
             own.action = earlier.copy()
             own.action.name = f"{obj.name} IFA"
-    elif any(other != obj and other.ifa.action == own.action for other in bpy.data.objects):
+    elif own.action.users > 1 + (data.action == own.action) and any(
+        other != obj and other.ifa.action == own.action for other in bpy.data.objects
+    ):
         own.action = own.action.copy()  # this object was duplicated after a bake
     compat.assign_action(data, own.action)
     curves = compat.fcurves(own.action, obj)
-    kept = {path for path, _ in CHANNELS} if own.keyed else set()
+    kept = set(CHANNELS) if own.keyed or own.before_action is None else set()
     for curve in list(curves):
         if curve.data_path in _REPLACED - kept:
             curves.remove(curve)
@@ -154,6 +186,7 @@ def clear(obj) -> None:
     obj.rotation_mode = own.before_rotation_mode
     obj.location = own.before_location
     obj.rotation_quaternion = own.before_quaternion
+    obj.delta_rotation_quaternion = own.before_delta_quaternion
     obj.rotation_euler = own.before_euler
     obj.rotation_axis_angle = own.before_axis_angle
     own.result = ""

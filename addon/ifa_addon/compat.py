@@ -6,6 +6,9 @@ from __future__ import annotations
 import math
 
 import bpy
+import numpy as np
+
+_STOCK_STEP = 16  # lengths of the curves in stock are multiples of it
 
 
 def fcurves(action, obj):
@@ -42,6 +45,79 @@ def assign_action(animation_data, action) -> None:
         suitable = animation_data.action_suitable_slots
         if suitable:
             animation_data.action_slot = suitable[0]
+
+
+def enum_number(name: str, item: str) -> int:
+    """What foreach_set takes for an item of the property `name` of Keyframe."""
+    return bpy.types.Keyframe.bl_rna.properties[name].enum_items[item].value
+
+
+def _free_in_bulk(points) -> bool:
+    """Whether foreach_set sets handle types, or takes them and does nothing."""
+    for side in ("handle_left_type", "handle_right_type"):
+        free = np.full(len(points), enum_number(side, "FREE"), dtype=np.int32)
+        points.foreach_set(side, free)
+    return len(points) > 0 and points[0].handle_left_type == "FREE"
+
+
+class ActionStock:
+    """Gives out Actions and keyframe points with free handles, as long as it is open.
+
+    Early versions ignore foreach_set of handle types, and to set them one by one takes longer than
+    everything else. There, new Actions are copies of a prepared one a little longer, whose excess
+    points go: among many objects there are few lengths.
+    """
+
+    def __init__(self, channels: dict[str, int]) -> None:
+        self._channels = channels  # curves of each data path
+        self._stock: dict[tuple[int, ...], bpy.types.Action] = {}
+        self._asked: set[tuple[int, ...]] = set()
+        self._copied: bpy.types.Action | None = None  # the last one: all its handles are free
+
+    def __enter__(self) -> ActionStock:
+        return self
+
+    def __exit__(self, *error) -> None:
+        for action in self._stock.values():
+            bpy.data.actions.remove(action)
+        self._stock.clear()
+        self._copied = None
+
+    def new_action(self, name: str, lengths: dict[str, int]) -> bpy.types.Action:
+        """An Action, empty or with curves of about these lengths (by data path)."""
+        rounded = tuple(-(-n // _STOCK_STEP) * _STOCK_STEP for n in lengths.values())
+        # Slotted Actions came after handle types could be set in bulk.
+        if "slots" in bpy.types.Action.bl_rna.properties or rounded not in self._asked:
+            self._asked.add(rounded)  # one object alone needs no prepared Action
+            return bpy.data.actions.new(name)
+        if rounded not in self._stock:
+            self._stock[rounded] = self._prepare(dict(zip(lengths, rounded, strict=True)))
+        self._copied = self._stock[rounded].copy()
+        self._copied.name = name
+        return self._copied
+
+    def _prepare(self, lengths: dict[str, int]) -> bpy.types.Action:
+        action = bpy.data.actions.new("IFA stock")
+        for path, count in lengths.items():
+            for index in range(self._channels[path]):
+                curve = new_fcurve(action.fcurves, path, index, "Object Transforms")
+                self.free_points(curve, count)
+        return action
+
+    def free_points(self, curve, count: int):
+        """The curve's keyframe points, made `count` Bezier ones with free handles."""
+        points = curve.keyframe_points
+        if curve.id_data == self._copied:
+            for _ in range(len(points) - count):
+                points.remove(points[-1], fast=True)
+            return points
+        points.clear()
+        points.add(count)
+        if not _free_in_bulk(points):
+            for point in points:
+                point.handle_left_type = "FREE"
+                point.handle_right_type = "FREE"
+        return points
 
 
 def sound_strips(scene) -> list:

@@ -2,24 +2,27 @@
 """From a solved motion to arrays of Bezier keys. Pure numpy, no bpy.
 
 A Bezier segment whose handles lie at a third of its length along the velocities is the cubic
-Hermite interpolant: exact for a parabola, of fourth order for rotation. Keys stand on every
-frame, on every contact (at its fractional frame, with one velocity on each side), and wherever
-the interpolant would otherwise leave the motion by more than the tolerances.
+Hermite interpolant: exact for a parabola, of fourth order for rotation. A key stands on every
+contact, with one velocity on each side, and as few others as keep the interpolant within the
+tolerances; location and rotation have keys of their own.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 
-POSITION_TOLERANCE_M = 5e-5  # a quarter of the 0.2 mm that the evaluated motion is held to
-ROTATION_TOLERANCE_RAD = np.radians(0.02)  # a fifth of the 0.1 degree
-TURN_PER_KEY_RAD = 0.8  # above pi the rotation aliases; here its Hermite error is 0.01 degree
+from . import retime
+
+LOCATION, ROTATION = slice(0, 3), slice(3, 7)  # among the seven channels
 SHORTEST_STEP_S = 4e-4  # refinement ends here: contact chatter has kinks at every scale
-NEAR_CONTACT_FRAMES = 0.02  # a frame key this close to a contact gives way to the contact's key
-_PROBES = np.array([0.125, 0.25, 0.5, 0.75, 0.875])  # where a segment is compared with the motion
+_PROBES = 15  # a segment is compared with the motion at this many places at least,
+_PROBE_STEP_S = 2e-3  # or this often,
+_MARGIN = 0.95  # and held to this share of the tolerance there, for what lies between them
+_EQUAL_PARTS = (1, 2, 3, 4, 5, 6, 8, 10, 12)  # flights are regular: equal parts serve them best
 
 
 class Motion(Protocol):
@@ -63,14 +66,47 @@ class Placement:
 
 
 @dataclass(frozen=True)
-class Keys:
-    """k keys of seven channels: location x y z, rotation_quaternion w x y z."""
+class Tolerance:
+    """How far the curves may be from the motion, between keys too."""
+
+    position_m: float = 5e-5  # a quarter of the 0.2 mm that the evaluated motion is held to
+    rotation_rad: float = float(np.radians(0.02))  # a fifth of the 0.1 degree
+
+
+@dataclass(frozen=True)
+class Track:
+    """k keys of the c channels that share them."""
 
     frames: np.ndarray  # (k,) float32, strictly increasing
-    values: np.ndarray  # (k, 7)
-    left: np.ndarray  # (k, 7, 2) frame and value of the left handle
-    right: np.ndarray  # (k, 7, 2)
+    values: np.ndarray  # (k, c)
+    left: np.ndarray  # (k, c, 2) frame and value of the left handle
+    right: np.ndarray  # (k, c, 2)
     is_contact: np.ndarray  # (k,) bool
+
+
+@dataclass(frozen=True)
+class Keys:
+    location: Track  # x y z
+    rotation: Track  # w x y z of rotation_quaternion
+    notes: tuple[str, ...] = ()  # sentences for the user
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Where keys may stand: float32 frames, as Blender stores them, or whole ones."""
+
+    timing: Timing
+    shortest_s: float
+    whole: bool = False
+
+    def snap(self, times_s: np.ndarray) -> np.ndarray:
+        frames = self.timing.frame(times_s)
+        frames = np.round(frames) if self.whole else frames.astype(np.float32)
+        return self.timing.time_s(frames)
+
+    def room(self, length_s: np.ndarray) -> np.ndarray:
+        """How many segments fit into `length_s`."""
+        return np.floor(length_s / self.shortest_s * (1 + 1e-9))
 
 
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -118,30 +154,42 @@ def rates(motion: Motion, times_s: np.ndarray, side: str, place: Placement) -> n
     return np.hstack([location, multiply(place.unturn_wxyz, 0.5 * multiply(spin, q))])
 
 
-def make_keys(motion: Motion, timing: Timing, place: Placement) -> Keys:
-    """Keys for the whole motion. Raises ValueError if the motion holds a NaN or an infinity."""
-    times, is_contact = _base_times(motion, timing)
-    times, is_contact = _limit_turn(motion, timing, times, is_contact)
-    while True:
-        bad = _segments_off(motion, times, place)
-        bad &= np.diff(times) > max(2 * SHORTEST_STEP_S, 4 * _frame_spacing(timing, times))
-        if not bad.any():
-            break
-        times, is_contact = _split(timing, times, is_contact, np.where(bad, 2, 1))
+def make_keys(
+    motion: Motion,
+    timing: Timing,
+    place: Placement,
+    tolerance: Tolerance | None = None,
+    key_times: str = "SUBFRAME",
+) -> Keys:
+    """Keys for the whole motion, as few as keep the curves within `tolerance` (default: its own).
 
-    frames = timing.frame(times).astype(np.float32)
-    values = poses(motion, times, place)
-    sign = _continuous_signs(values[:, 3:])
-    values[:, 3:] *= sign
-    before, after = rates(motion, times, "left", place), rates(motion, times, "right", place)
-    before[:, 3:] *= sign
-    after[:, 3:] *= sign
-    before[0] = 0.0  # at rest in the air before the motion begins, and on the ground after it
-    after[-1] = 0.0
-    left, right = _handles(frames, values, before, after, timing.fps)
-    if not all(np.isfinite(array).all() for array in (frames, values, left, right)):
-        raise ValueError("The motion holds a number that is not finite; nothing was keyed.")
-    return Keys(frames, values, left, right, is_contact)
+    `key_times` "SUBFRAME" puts each contact on its fractional frame; "FRAME" and "PICTURE_FIRST"
+    put all keys on whole frames, the contacts by the rules of retime.py. There the tolerance holds
+    on frames always, between them where one frame's motion allows it. Raises ValueError if the
+    motion holds a NaN or an infinity.
+    """
+    tolerance = tolerance or Tolerance()
+    notes: tuple[str, ...] = ()
+    if key_times == "SUBFRAME":
+        spacing_s = _frame_spacing(timing, np.array([motion.start_s, motion.end_s]))
+        grid = Grid(timing, max(SHORTEST_STEP_S, 4 * spacing_s))
+    else:
+        motion = retime.on_frames(motion, timing, key_times)
+        notes = motion.notes
+        grid = Grid(timing, 1.0 / timing.fps, whole=True)
+    fixed, is_contact = _fixed_times(motion, timing)
+    tracks = []
+    # Blender units, in parent space: a tolerance in metres shrinks with both scales.
+    scale = np.abs(np.linalg.det(place.unparent[:3, :3])) ** (1 / 3) / place.metres_per_unit
+    for channels, allowed in (
+        (LOCATION, tolerance.position_m * scale),
+        (ROTATION, tolerance.rotation_rad),
+    ):
+        error = _Error(motion, place, channels, allowed)
+        times = divide(fixed, grid, error.is_beyond)
+        contact = np.isin(times, fixed[is_contact])
+        tracks.append(_track(error, times, contact, grid))
+    return Keys(tracks[0], tracks[1], notes)
 
 
 def _frame_spacing(timing: Timing, times: np.ndarray) -> float:
@@ -149,13 +197,8 @@ def _frame_spacing(timing: Timing, times: np.ndarray) -> float:
     return float(np.spacing(np.float32(np.abs(timing.frame(times[[0, -1]])).max()))) / timing.fps
 
 
-def _on_frames(timing: Timing, times: np.ndarray) -> np.ndarray:
-    """Times of the float32 frame numbers that Blender will store."""
-    return timing.time_s(timing.frame(times).astype(np.float32))
-
-
-def _base_times(motion: Motion, timing: Timing) -> tuple[np.ndarray, np.ndarray]:
-    """Contacts, whole frames and both ends, at float32-distinct frames."""
+def _fixed_times(motion: Motion, timing: Timing) -> tuple[np.ndarray, np.ndarray]:
+    """Contacts and both ends, at float32-distinct frames; and which are contacts."""
     start, end = float(motion.start_s), float(motion.end_s)
     contacts = np.unique(np.asarray(motion.contact_times_s, dtype=np.float64))
     contacts = contacts[(contacts >= start) & (contacts <= end)]
@@ -166,67 +209,111 @@ def _base_times(motion: Motion, timing: Timing) -> tuple[np.ndarray, np.ndarray]
         if not kept or time - kept[-1] > gap:
             kept.append(time)
     contacts = np.array(kept)
-
-    near = NEAR_CONTACT_FRAMES / timing.fps
     ends = [t for t in (start, end) if not len(contacts) or np.abs(contacts - t).min() > gap]
-    first, last = np.ceil(timing.frame(start)), np.floor(timing.frame(end))
-    grid = timing.time_s(np.arange(first, last + 1))
-    fixed = np.sort(np.concatenate([contacts, ends]))
-    nearest = np.clip(np.searchsorted(fixed, grid), 1, max(len(fixed) - 1, 1))
-    distance = np.minimum(np.abs(grid - fixed[nearest - 1]), np.abs(grid - fixed[nearest]))
-    times = np.concatenate([fixed, grid[distance > near]])
-    order = np.argsort(times, kind="stable")
-    return times[order], np.isin(times, contacts)[order]
+    times = np.unique(np.concatenate([contacts, ends]))
+    return times, np.isin(times, contacts)
 
 
-def _split(
-    timing: Timing, times: np.ndarray, is_contact: np.ndarray, parts: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Divide segment i into parts[i] equal ones (as nearly as float32 frames allow)."""
-    index = np.repeat(np.arange(len(parts)), parts)
-    within = np.arange(len(index)) - np.repeat(np.cumsum(parts) - parts, parts)
-    new = times[index] + within / parts[index] * np.diff(times)[index]
-    new = np.where(within > 0, _on_frames(timing, new), new)
-    return np.append(new, times[-1]), np.append((within == 0) & is_contact[index], is_contact[-1])
+def divide(
+    fixed: np.ndarray, grid: Grid, is_beyond: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """Times (k,) of the keys: the fixed ones and what divides the segments between them.
+
+    `is_beyond(begin, end)` (m,) tells which segments leave the tolerance. Each interval is cut
+    into the fewest equal parts of which none does; where that takes too many, in halves as often
+    as needed. Then neighbours that are good as one are joined.
+    """
+    begin, end = fixed[:-1], fixed[1:]
+    room = grid.room(end - begin)
+    left_over = np.arange(len(begin))
+    found = [fixed]
+    for parts in _EQUAL_PARTS:
+        tried = left_over[room[left_over] >= parts] if parts > 1 else left_over
+        if not len(tried):
+            break
+        share = np.arange(parts + 1) / parts
+        knots = begin[tried, None] + share * (end - begin)[tried, None]
+        knots[:, -1] = end[tried]
+        knots[:, 1:-1] = grid.snap(knots[:, 1:-1])
+        good = ~is_beyond(knots[:, :-1].ravel(), knots[:, 1:].ravel()).reshape(-1, parts).any(
+            axis=1
+        )
+        found.append(knots[good, 1:-1].ravel())
+        left_over = np.setdiff1d(left_over, tried[good])
+    found.append(_halve(begin[left_over], end[left_over], grid, is_beyond))
+    return _join(np.unique(np.concatenate(found)), fixed, is_beyond)
 
 
-def _limit_turn(
-    motion: Motion, timing: Timing, times: np.ndarray, is_contact: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """No segment turns by more than TURN_PER_KEY_RAD (nor is shorter than float32 frames allow)."""
-    after = np.linalg.norm(motion.sample_velocity(times[:-1], side="right")[1], axis=1)
-    before = np.linalg.norm(motion.sample_velocity(times[1:], side="left")[1], axis=1)
-    step = np.diff(times)
-    parts = np.ceil(step * np.maximum(after, before) / TURN_PER_KEY_RAD - 1e-9)
-    most = np.floor(step / (4 * _frame_spacing(timing, times)))
-    return _split(timing, times, is_contact, np.maximum(np.minimum(parts, most), 1).astype(int))
+def _halve(begin, end, grid: Grid, is_beyond) -> np.ndarray:
+    """Times that halve segments until none is beyond or they are as short as keys may be."""
+    found = [begin[:0]]
+    while len(begin):
+        split = is_beyond(begin, end) & (grid.room(end - begin) >= 2)
+        begin, end = begin[split], end[split]
+        middle = grid.snap((begin + end) / 2)
+        found.append(middle)
+        begin, end = np.concatenate([begin, middle]), np.concatenate([middle, end])
+    return np.concatenate(found)
 
 
-def _segments_off(motion: Motion, times: np.ndarray, place: Placement) -> np.ndarray:
-    """(k - 1,) bool: the Hermite interpolant of the segment leaves the tolerances at a probe."""
-    step = np.diff(times)[:, None, None]
-    u = _PROBES[None, :, None]
-    start, end = poses(motion, times[:-1], place), poses(motion, times[1:], place)
-    slope0 = rates(motion, times[:-1], "right", place)
-    slope1 = rates(motion, times[1:], "left", place)
-    sign = np.where((start[:, 3:] * end[:, 3:]).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
-    end[:, 3:] *= sign
-    slope1[:, 3:] *= sign
-    start, end, slope0, slope1 = (a[:, None, :] for a in (start, end, slope0, slope1))
-    curve = (
-        (1 + 2 * u) * (1 - u) ** 2 * start
-        + u * (1 - u) ** 2 * step * slope0
-        + u**2 * (3 - 2 * u) * end
-        - u**2 * (1 - u) * step * slope1
-    )
-    probes = (times[:-1, None] + _PROBES * np.diff(times)[:, None]).ravel()
-    truth = poses(motion, probes, place).reshape(curve.shape)
-    # Blender units, in parent space: a tolerance in metres shrinks with both scales.
-    scale = np.abs(np.linalg.det(place.unparent[:3, :3])) ** (1 / 3) / place.metres_per_unit
-    moved = np.linalg.norm(curve[..., :3] - truth[..., :3], axis=-1)
-    turned = rotation_between(curve[..., 3:], truth[..., 3:])
-    off = (moved > POSITION_TOLERANCE_M * scale) | (turned > ROTATION_TOLERANCE_RAD)
-    return off.any(axis=1)
+def _join(times: np.ndarray, fixed: np.ndarray, is_beyond) -> np.ndarray:
+    """`times` without those that are not needed: not fixed, and good as one what they divide."""
+    is_fixed = np.isin(times, fixed)
+    untried = ~is_fixed
+    while untried.any():
+        # Of neighbouring times only one is tried at once: each try counts on both neighbours.
+        tried = np.flatnonzero(untried)
+        run = np.cumsum(np.diff(tried, prepend=-2) > 1)
+        tried = tried[(np.arange(len(tried)) - np.searchsorted(run, run)) % 2 == 0]
+        untried[tried] = False
+        gone = tried[~is_beyond(times[tried - 1], times[tried + 1])]
+        untried[gone - 1] = ~is_fixed[gone - 1]
+        untried[gone + 1] = ~is_fixed[gone + 1]
+        times, is_fixed, untried = (np.delete(a, gone) for a in (times, is_fixed, untried))
+    return times
+
+
+class _Error:
+    """What the Hermite interpolant of one group of channels makes of the motion."""
+
+    def __init__(self, motion: Motion, place: Placement, channels: slice, allowed: float) -> None:
+        self.motion, self.place, self.channels, self.allowed = motion, place, channels, allowed
+
+    def poses(self, times: np.ndarray) -> np.ndarray:
+        return poses(self.motion, times, self.place)[:, self.channels]
+
+    def rates(self, times: np.ndarray, side: str) -> np.ndarray:
+        return rates(self.motion, times, side, self.place)[:, self.channels]
+
+    def is_beyond(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """(m,) bool: the segment from begin to end (m,) leaves the tolerance at a probe."""
+        if not len(begin):
+            return np.zeros(0, dtype=bool)
+        step = end - begin
+        start, stop = self.poses(begin), self.poses(end)
+        slope0, slope1 = self.rates(begin, "right"), self.rates(end, "left")
+        if self.channels == ROTATION:
+            sign = np.where((start * stop).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
+            stop, slope1 = sign * stop, sign * slope1
+        slope0, slope1 = slope0 * step[:, None], slope1 * step[:, None]
+        count = np.maximum(np.ceil(step / _PROBE_STEP_S), _PROBES).astype(int)
+        first = np.cumsum(count) - count
+        i = np.repeat(np.arange(len(count)), count)
+        share = (np.arange(len(i)) - first[i] + 0.5) / count[i]
+        truth = self.poses(begin[i] + share * step[i])
+        u = share[:, None]
+        curve = (
+            (1 + 2 * u) * (1 - u) ** 2 * start[i]
+            + u * (1 - u) ** 2 * slope0[i]
+            + u**2 * (3 - 2 * u) * stop[i]
+            - u**2 * (1 - u) * slope1[i]
+        )
+        if self.channels == ROTATION:
+            off = rotation_between(curve, truth)
+        else:
+            off = np.linalg.norm(curve - truth, axis=1)
+        # A NaN is beyond nothing here; the finished keys are checked for it.
+        return np.maximum.reduceat(off, first) > _MARGIN * self.allowed
 
 
 def rotation_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -235,6 +322,32 @@ def rotation_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     b = b / np.linalg.norm(b, axis=-1, keepdims=True)
     chord = np.minimum(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
     return 4.0 * np.arcsin(np.minimum(chord / 2.0, 1.0))
+
+
+def _track(error: _Error, times: np.ndarray, is_contact: np.ndarray, grid: Grid) -> Track:
+    """The keys at `times` (k,)."""
+    frames = grid.timing.frame(times)
+    frames = (np.round(frames) if grid.whole else frames).astype(np.float32)
+    values = error.poses(times)
+    before, after = error.rates(times, "left"), error.rates(times, "right")
+    if error.channels == ROTATION:
+        turning = 2.0 * np.maximum(
+            np.linalg.norm(after[:-1], axis=1), np.linalg.norm(before[1:], axis=1)
+        )
+        sign = _continuous_signs(values)
+        values, before, after = sign * values, sign * before, sign * after
+        # Whole frames can be too few to tell which way it turns: the shorter way, evenly.
+        step = np.diff(times)
+        blind = turning * step > np.pi
+        evenly = np.diff(values, axis=0) / step[:, None]
+        after[:-1][blind] = evenly[blind]
+        before[1:][blind] = evenly[blind]
+    before[0] = 0.0  # at rest in the air before the motion begins, and on the ground after it
+    after[-1] = 0.0
+    left, right = _handles(frames, values, before, after, grid.timing.fps)
+    if not all(np.isfinite(array).all() for array in (frames, values, left, right)):
+        raise ValueError("The motion holds a number that is not finite; nothing was keyed.")
+    return Track(frames, values, left, right, is_contact)
 
 
 def _continuous_signs(q: np.ndarray) -> np.ndarray:
@@ -246,7 +359,7 @@ def _continuous_signs(q: np.ndarray) -> np.ndarray:
 def _handles(
     frames: np.ndarray, values: np.ndarray, before: np.ndarray, after: np.ndarray, fps: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Left and right handles (k, 7, 2), a third of the way to the neighbour along the slopes."""
+    """Left and right handles (k, c, 2), a third of the way to the neighbour along the slopes."""
     x = frames.astype(np.float64)
     third = np.diff(x) / 3.0 if len(x) > 1 else np.array([1.0])
     # Slopes are taken at the handle's float32 position, or rounding would tilt them.

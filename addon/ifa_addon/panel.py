@@ -80,7 +80,8 @@ class Main:
             word = "plausible" if own.plausible else "not plausible"
             box.label(text=f"Succeeded, {word}", icon="CHECKMARK" if own.plausible else "INFO")
         column = box.column(align=True)
-        column.label(text=f"Score {own.score:.2f}, worst error {own.worst_error_ms:.2f} ms")
+        column.label(text=f"Score {own.score:.2f}")
+        column.label(text=f"Worst error {own.worst_error_ms:.2f} ms")
         column.label(text=f"Solved in {own.solve_s:.2f} s")
         if own.takes_found > 1:
             row = box.row(align=True)

@@ -169,11 +169,54 @@ class IFA_PG_object(bpy.types.PropertyGroup):
     )
     place: EnumProperty(
         name="Place",
-        description="Where on the ground (z = 0) the motion takes place",
+        description="Where on the ground the motion takes place",
         items=[
             ("OBJECT", "At the Object", "The first contact is below where the object stood"),
             ("WORLD", "At the World Origin", "As solved, around the world's origin"),
         ],
+    )
+    key_times: EnumProperty(
+        name="Keys",
+        description="Where keys stand",
+        items=[
+            (
+                "SUBFRAME",
+                "Exact",
+                "Each contact on its fractional frame, in time with the sound to a millisecond",
+            ),
+            (
+                "FRAME",
+                "Whole Frames",
+                "Each contact on the nearest whole frame, half a frame off at most; the motion "
+                "between runs a little faster or slower",
+            ),
+            (
+                "PICTURE_FIRST",
+                "Picture First",
+                "Each contact on the last whole frame before its sound, or on the next one where "
+                "it would be seen more than 15 ms before it is heard",
+            ),
+        ],
+    )
+    position_tolerance_mm: FloatProperty(
+        name="mm",
+        description="How far the keyed position may be from the solved one, between keys too, in "
+        "mm. Larger makes fewer keys",
+        default=0.05,
+        min=0.001,
+        max=10.0,
+        soft_max=1.0,
+        precision=3,
+    )
+    rotation_tolerance_deg: FloatProperty(
+        name="degrees",
+        description="How far the keyed rotation may be from the solved one, between keys too, in "
+        "degrees. Larger makes fewer keys",
+        default=0.02,
+        min=0.001,
+        max=5.0,
+        soft_max=1.0,
+        precision=3,
     )
 
     # Of the last bake. Kept in the file, so that Clear works after loading it again.
@@ -195,6 +238,9 @@ class IFA_PG_object(bpy.types.PropertyGroup):
     before_rotation_mode: StringProperty(options={"HIDDEN"})
     before_location: FloatVectorProperty(options={"HIDDEN"})
     before_quaternion: FloatVectorProperty(size=4, options={"HIDDEN"})
+    before_delta_quaternion: FloatVectorProperty(
+        size=4, default=(1.0, 0.0, 0.0, 0.0), options={"HIDDEN"}
+    )
     before_euler: FloatVectorProperty(options={"HIDDEN"})
     before_axis_angle: FloatVectorProperty(size=4, options={"HIDDEN"})
 
@@ -219,6 +265,13 @@ class IFA_PG_scene(bpy.types.PropertyGroup):
         name="Live",
         description="Solve again from a mark that is dragged: the motion follows",
         update=_switch_live,
+    )
+    ground: PointerProperty(
+        name="Ground",
+        description="A flat, level mesh at whose height the motion takes place, as if it had no "
+        "edges; none for z = 0",
+        type=bpy.types.Object,
+        poll=lambda self, obj: obj.type == "MESH",
     )
 
 

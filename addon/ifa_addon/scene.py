@@ -16,6 +16,8 @@ from . import compat, core, keys
 
 MERGE_GAP_S = 0.010  # closer marks are one event to the solver
 SHEAR_TOLERANCE = 1e-4  # relative; float32 matrices of nested parents reach a few 1e-6
+LEVEL_TOLERANCE_DEG = 0.1  # how far a ground may tilt
+FLAT_TOLERANCE = 1e-4  # of a ground's size: how far its vertices may be from its plane
 
 
 class SceneError(Exception):
@@ -196,6 +198,25 @@ def move_mark(scene, marker, time_s: float) -> None:
     store_time(marker, float(time_s))
 
 
+def ancestors(obj) -> list:
+    """Its parent, that one's parent and so on."""
+    found = []
+    while obj.parent is not None:
+        obj = obj.parent
+        found.append(obj)
+    return found
+
+
+def is_animated(obj) -> bool:
+    """Whether keys, drivers, constraints or physics may move the object itself."""
+    data = obj.animation_data
+    return bool(
+        (data and (data.action or data.drivers or data.nla_tracks))
+        or any(not c.mute for c in obj.constraints)
+        or (obj.rigid_body is not None and obj.rigid_body.type == "ACTIVE")
+    )
+
+
 def parent_space(obj) -> np.ndarray:
     """(4, 4) from the object's own channels to the world, in Blender units."""
     if obj.parent is None:
@@ -205,16 +226,12 @@ def parent_space(obj) -> np.ndarray:
         raise SceneError(
             f"'{obj.name}' is parented to a part of '{name}': parent it to an object, or to none."
         )
-    ancestor = obj.parent
-    while ancestor is not None:
-        data = ancestor.animation_data
-        animated = data and (data.action or data.drivers or data.nla_tracks)
-        if animated or any(not c.mute for c in ancestor.constraints):
+    for ancestor in ancestors(obj):
+        if is_animated(ancestor):
             raise SceneError(
                 f"Parent '{ancestor.name}' of '{obj.name}' is animated: keys are made for one that "
                 "stands still."
             )
-        ancestor = ancestor.parent
     space = np.array(obj.parent.matrix_world @ obj.matrix_parent_inverse, dtype=np.float64)
     lengths = np.linalg.svd(space[:3, :3], compute_uv=False)
     if lengths.min() <= 0 or lengths.max() > lengths.min() * (1 + SHEAR_TOLERANCE):
@@ -231,6 +248,51 @@ def world_scale(obj) -> np.ndarray:
     """(3,) along the object's own axes, signed."""
     own = np.array(obj.scale, dtype=np.float64) * np.array(obj.delta_scale, dtype=np.float64)
     return own * np.cbrt(np.linalg.det(parent_space(obj)[:3, :3]))
+
+
+def ground_height(scene, obj) -> float:
+    """World z of the chosen ground's middle, Blender units; 0 without one. `obj` is the body."""
+    ground = scene.ifa.ground
+    if ground is None:
+        return 0.0
+    name = f"Ground '{ground.name}'"
+    if ground.type != "MESH":
+        raise SceneError(f"{name} is no mesh: choose a plane, or none for z = 0.")
+    if ground.name not in scene.objects:
+        raise SceneError(f"{name} is not in scene '{scene.name}': choose another, or none.")
+    if obj == ground or obj in ancestors(ground):
+        raise SceneError(f"{name} is '{obj.name}' or moves with it: choose another, or none.")
+    if any(is_animated(moving) for moving in [ground, *ancestors(ground)]):
+        raise SceneError(f"{name} is animated: the solver's ground stands still.")
+    points = _world_vertices(ground)
+    centre = points.mean(axis=0) if len(points) else np.zeros(3)
+    # Semi-axes by falling length: the third is along a plane's normal, and zero.
+    axes = np.linalg.eigh((points - centre).T @ (points - centre))[1][:, ::-1].T
+    sizes = np.ptp((points - centre) @ axes.T, axis=0) if len(points) else np.zeros(3)
+    if not np.isfinite(sizes).all() or sizes[1] <= FLAT_TOLERANCE * sizes[0]:
+        raise SceneError(f"{name} has no area: choose a plane, or none for z = 0.")
+    if sizes[2] > FLAT_TOLERANCE * sizes[0]:
+        raise SceneError(f"{name} is not flat: choose a plane, or none for z = 0.")
+    tilt_deg = float(np.degrees(np.arctan2(np.hypot(*axes[2, :2]), abs(axes[2, 2]))))
+    if tilt_deg > LEVEL_TOLERANCE_DEG:
+        raise SceneError(
+            f"{name} is tilted by {tilt_deg:.2g} degrees: the solver's ground is level, to "
+            f"{LEVEL_TOLERANCE_DEG:g} degrees."
+        )
+    return float(centre[2])
+
+
+def _world_vertices(obj) -> np.ndarray:
+    """(n, 3) in Blender units, modifiers applied."""
+    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    data = evaluated.to_mesh()
+    try:
+        points = np.empty(3 * len(data.vertices), dtype=np.float32)
+        data.vertices.foreach_get("co", points)
+    finally:
+        evaluated.to_mesh_clear()
+    world = np.array(evaluated.matrix_world, dtype=np.float64)
+    return points.reshape(-1, 3).astype(np.float64) @ world[:3, :3].T + world[:3, 3]
 
 
 def mesh(obj, depsgraph, unit_m: float) -> tuple[np.ndarray, np.ndarray]:
@@ -295,6 +357,7 @@ def read_inputs(scene, obj, depsgraph) -> core.Inputs:
     checked_object(obj)
     settings = obj.ifa
     found = checked_marks(scene, settings.marker_filter, timing(scene))
+    ground_height(scene, obj)  # refused before the solve, not after it
     vertices, triangles = mesh(obj, depsgraph, metres_per_unit(scene))
     path, packed = sound(scene)
     material = {"restitution": settings.restitution, "friction": settings.friction}

@@ -196,8 +196,7 @@ class IFA_OT_solve(JobOperator, bpy.types.Operator):
 
     def take_in(self, context, obj, task, outcome) -> None:
         kept = results.Kept(task.inputs, outcome)
-        writing.write(context, obj, kept)
-        for note in outcome.notes:
+        for note in writing.write(context, obj, kept):
             self.report({"WARNING"}, note)
         own = obj.ifa
         named = own.result if len(self._tasks) == 1 else f"{obj.name}: {own.result}"

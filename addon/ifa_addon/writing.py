@@ -6,14 +6,14 @@ from __future__ import annotations
 from . import bake, core, results, scene
 
 
-def write(context, obj, kept: results.Kept) -> None:
-    """Key the take of `kept` on the object and say how it meets the marks.
+def write(context, obj, kept: results.Kept) -> tuple[str, ...]:
+    """Key the take of `kept` on the object and say how it meets the marks; returns what to warn of.
 
     Raises scene.SceneError or ValueError before anything is touched.
     """
     time = scene.timing(context.scene)
     outcome, solution = kept.outcome, kept.solution
-    bake.bake(context.scene, obj, solution.motion, outcome.centre_of_mass_m)
+    made = bake.bake(context.scene, obj, solution.motion, outcome.centre_of_mass_m)
     scene.store_exact_times(context.scene, obj.ifa.marker_filter, time)
     results.keep(obj.name, kept)
     own = obj.ifa
@@ -30,6 +30,7 @@ def write(context, obj, kept: results.Kept) -> None:
         item.name, item.time_s = report.name, report.time_s
         item.error_ms, item.light, item.text = report.error_ms, report.light, report.text
     own.repairs.clear()
+    return (*outcome.notes, *made.notes)
 
 
 def clear(obj) -> None:

@@ -54,9 +54,10 @@ class BouncingBall:
 
     @staticmethod
     def _turned(spin, length_s):
-        angle = np.linalg.norm(spin) * length_s
-        axis = spin / max(np.linalg.norm(spin), 1e-300)
-        return np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) * axis])
+        speed = np.linalg.norm(spin, axis=-1, keepdims=True)
+        axis = spin / np.maximum(speed, 1e-300)
+        half = speed * length_s / 2
+        return np.concatenate([np.cos(half), np.sin(half) * axis], axis=-1)
 
     def _segment(self, times, side):
         found = np.searchsorted(self.begin, times, side=side) - 1
@@ -69,13 +70,7 @@ class BouncingBall:
         t = (times - self.begin[i])[:, None]
         fall = np.array([0.0, 0.0, 0.5 * GRAVITY_M_S2])
         position = self.position[i] + self.velocity[i] * t - fall * t**2
-        q = np.array(
-            [
-                keys.multiply(self._turned(self.spin[k], dt[0]), self.turn[k])
-                for k, dt in zip(i, t, strict=True)
-            ]
-        )
-        return position, q
+        return position, keys.multiply(self._turned(self.spin[i], t), np.array(self.turn)[i])
 
     def sample_velocity(self, times_s, side="right"):
         times = np.atleast_1d(np.asarray(times_s, dtype=float))

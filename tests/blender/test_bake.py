@@ -2,8 +2,8 @@
 
 import bpy
 import numpy as np
-from ifa_addon import bake, keys, scene
-from mathutils import Quaternion
+from ifa_addon import bake, keys, retime, scene
+from mathutils import Euler, Quaternion
 from support import (
     FRAME_RATES,
     POSITION_BOUND_M,
@@ -21,6 +21,18 @@ from support import (
 )
 
 CENTRE = np.array([0.003, -0.002, 0.001])
+
+
+def curve_bytes(obj):
+    """Path, index, keys and handles of each curve, by path and index."""
+    out = []
+    for curve in sorted(fcurves(obj), key=lambda c: (c.data_path, c.array_index)):
+        out += [curve.data_path, curve.array_index]
+        for name in ("co", "handle_left", "handle_right"):
+            data = np.empty(2 * len(curve.keyframe_points), dtype=np.float32)
+            curve.keyframe_points.foreach_get(name, data)
+            out.append(data.tobytes())
+    return out
 
 
 class BakeTest(SceneTest):
@@ -81,6 +93,10 @@ class BakeTest(SceneTest):
                 self.assertEqual(point.handle_left_type, "FREE")
                 self.assertEqual(point.handle_right_type, "FREE")
                 self.assertEqual(point.interpolation, "BEZIER")
+            types = {
+                p.type for p in curve.keyframe_points if np.abs(contacts - p.co[0]).min() < 0.001
+            }
+            self.assertEqual(types, {"EXTREME"})
         self.assertEqual(self.obj.rotation_mode, "QUATERNION")
 
     def test_world_pose(self):
@@ -98,9 +114,77 @@ class BakeTest(SceneTest):
         self.check_world(self.obj)
 
     def test_scene_units(self):
-        self.scene.unit_settings.scale_length = 0.01
-        bake.bake(self.scene, self.obj, self.motion, CENTRE)
-        self.check_world(self.obj, unit_m=self.scene.unit_settings.scale_length)
+        for scale in (0.01, 1.0):
+            self.scene.unit_settings.scale_length = scale
+            bake.bake(self.scene, self.obj, self.motion, CENTRE)
+            self.check_world(self.obj, unit_m=self.scene.unit_settings.scale_length)
+
+    def test_delta_euler_goes_on_as_a_quaternion(self):
+        """An Euler mode has a delta rotation of its own, which quaternion mode would drop."""
+        for mode in ("XYZ", "ZXY"):
+            self.obj.rotation_mode = mode
+            self.obj.delta_rotation_euler = Euler((0.7, -0.4, 1.3), mode)
+            self.obj.delta_scale = (1.5, 1.5, 1.5)
+            bpy.context.view_layer.update()
+            kept = self.obj.matrix_world.to_quaternion()  # the object's own rotation is none
+            bake.bake(self.scene, self.obj, self.motion, CENTRE)
+            self.assertLess(rotation_deg(self.obj.delta_rotation_quaternion, kept), 1e-3)  # float32
+            self.check_world(self.obj)
+            # With the delta taken off, the object turns by its inverse less.
+            frame = float(self.subframes(3)[1])
+            _, with_delta = evaluate_world(self.scene, self.obj, [frame])
+            self.obj.delta_rotation_quaternion = (1, 0, 0, 0)
+            _, without = evaluate_world(self.scene, self.obj, [frame])
+            turned = keys.multiply(np.array(kept), without[0])
+            self.assertLess(rotation_deg(turned, with_delta[0]), 1e-3)  # float32
+            bake.clear(self.obj)
+            self.assertEqual(self.obj.rotation_mode, mode)
+            self.assertEqual(tuple(self.obj.delta_rotation_quaternion), (1, 0, 0, 0))
+            np.testing.assert_allclose(self.obj.delta_rotation_euler, (0.7, -0.4, 1.3), rtol=1e-6)
+
+    def test_deltas_in_each_rotation_mode(self):
+        for mode in ("QUATERNION", "XYZ", "AXIS_ANGLE"):
+            self.obj.rotation_mode = mode
+            self.obj.delta_location = (0.3, -0.4, 0.5)
+            self.obj.delta_rotation_quaternion = Quaternion((0, 1, 1), 1.1)
+            self.obj.delta_rotation_euler = (0.2, 0.3, 0.4)
+            bake.bake(self.scene, self.obj, self.motion, CENTRE)
+            self.check_world(self.obj)
+            bake.clear(self.obj)
+
+    def test_whole_frames_in_blender(self):
+        """The evaluated height is least on the frames that the rule names, and only there."""
+        for numerator, denominator in FRAME_RATES:
+            self.set_rate(numerator, denominator)
+            timing = scene.timing(self.scene)
+            for name, rule in retime.RULES.items():
+                self.obj.ifa.key_times = name
+                bake.bake(self.scene, self.obj, self.motion, np.zeros(3))
+                curve = fcurves(self.obj).find("location", index=2)
+                frames = np.array([p.co[0] for p in curve.keyframe_points])
+                np.testing.assert_array_equal(frames, np.round(frames))
+                for at in rule(timing.frame(self.motion.contact_times_s), timing.fps):
+                    heights = [curve.evaluate(at + d) for d in (-1, -0.1, 0, 0.1, 1)]
+                    self.assertEqual(np.argmin(heights), 2)
+                    self.assertLess(abs(heights[2]), POSITION_BOUND_M)
+
+    def test_tolerances_of_the_object(self):
+        counts = []
+        for position_mm, rotation_deg_ in ((0.01, 0.005), (0.05, 0.02), (1.0, 1.0)):
+            self.obj.ifa.position_tolerance_mm = position_mm
+            self.obj.ifa.rotation_tolerance_deg = rotation_deg_
+            made = bake.bake(self.scene, self.obj, self.motion, CENTRE)
+            frames = self.subframes(2000)
+            times = scene.timing(self.scene).time_s(frames)
+            poses = evaluate_curves(self.obj, frames)
+            distance, angle = worst_against(self.motion, keys.Placement(CENTRE), times, poses)
+            # beside float32: of frames, 4e-6 of them at 4 m/s and 45 rad/s, and of Blender's
+            # evaluation, which solves for a place along the segment to about 1e-6 of it
+            self.assertLess(1e3 * distance, position_mm + 0.004)
+            self.assertLess(angle, rotation_deg_ + 0.003)
+            counts.append((len(made.location.frames), len(made.rotation.frames)))
+        self.assertEqual(counts, sorted(counts, reverse=True))
+        self.assertGreater(counts[0][1], 2 * counts[2][1])
 
     def test_place_at_the_object(self):
         self.obj.ifa.place = "OBJECT"
@@ -119,6 +203,50 @@ class BakeTest(SceneTest):
         self.assertIsNone(self.obj.animation_data)
         self.assertEqual(self.obj.rotation_mode, "XYZ")
 
+    def test_refused_parents_write_nothing(self):
+        armature = bpy.data.objects.new("rig", bpy.data.armatures.new("rig"))
+        self.scene.collection.objects.link(armature)
+        bpy.context.view_layer.objects.active = armature
+        bpy.ops.object.mode_set(mode="EDIT")
+        armature.data.edit_bones.new("bone").tail = (0, 0, 1)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.obj.parent, self.obj.parent_type, self.obj.parent_bone = armature, "BONE", "bone"
+        with self.assertRaisesRegex(scene.SceneError, "'die' is parented to a part of 'rig'"):
+            bake.bake(self.scene, self.obj, self.motion, CENTRE)
+        self.obj.parent_type = "OBJECT"
+        armature.scale = (-1, 1, 1)
+        bpy.context.view_layer.update()
+        with self.assertRaisesRegex(scene.SceneError, "'rig' of 'die' is mirrored"):
+            bake.bake(self.scene, self.obj, self.motion, CENTRE)
+        armature.scale = (1, 1, 1)
+        armature.keyframe_insert("location", frame=1)
+        with self.assertRaisesRegex(scene.SceneError, "'rig' of 'die' is animated"):
+            bake.bake(self.scene, self.obj, self.motion, CENTRE)
+        self.assertIsNone(self.obj.animation_data)
+
+    def test_many_at_once_are_as_one_by_one(self):
+        """Of about the same lengths, where early versions copy a prepared Action, and others."""
+        motions = [BouncingBall(spin_rad_s=s, bounces=b) for s in (40.0, 41.0) for b in (3, 4, 9)]
+        single, many = [], []
+        for i, motion in enumerate(2 * motions):
+            for group in (single, many):
+                obj = add_box(f"die {i}")
+                obj.ifa.place = "WORLD"
+                group.append((obj, bake.make(self.scene, obj, motion, CENTRE)))
+        for pair in single:
+            bake.write(self.scene, [pair])
+        bake.write(self.scene, many)
+        self.assertEqual(len(bpy.data.actions), 4 * len(motions))
+        for (one, _), (other, _) in zip(single, many, strict=True):
+            self.assertEqual(curve_bytes(one), curve_bytes(other))
+            for curve in fcurves(other):
+                for point in curve.keyframe_points:
+                    self.assertEqual(point.handle_left_type, "FREE")
+                    self.assertEqual(point.handle_right_type, "FREE")
+            bake.clear(one)
+            bake.clear(other)
+        self.assertEqual(len(bpy.data.actions), 0)
+
     def test_rebake_uses_the_same_action(self):
         bake.bake(self.scene, self.obj, self.motion, CENTRE)
         first = self.obj.animation_data.action.name
@@ -129,19 +257,10 @@ class BakeTest(SceneTest):
         self.check_world(self.obj)
 
     def test_same_motion_bakes_the_same_keys(self):
-        def raw():
-            out = []
-            for curve in fcurves(self.obj):
-                for name in ("co", "handle_left", "handle_right"):
-                    data = np.empty(2 * len(curve.keyframe_points), dtype=np.float32)
-                    curve.keyframe_points.foreach_get(name, data)
-                    out.append(data.tobytes())
-            return out
-
         bake.bake(self.scene, self.obj, self.motion, CENTRE)
-        first = raw()
+        first = curve_bytes(self.obj)
         bake.bake(self.scene, self.obj, self.motion, CENTRE)
-        self.assertEqual(first, raw())
+        self.assertEqual(first, curve_bytes(self.obj))
 
     def test_clear_restores(self):
         self.obj.rotation_mode = "ZYX"

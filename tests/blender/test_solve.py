@@ -80,6 +80,22 @@ class SolveTest(SceneTest):
         whole = np.linspace(0.1, MARKS_S[-1] + 0.5, 400)
         self.assertGreater(self.lowest_vertex_m(whole).min(), -TOUCHING_M)
 
+    def test_picture_first_keeps_the_marks_and_touches_on_its_frames(self):
+        """The markers keep their exact times; what is seen moves to the frames of the rule."""
+        scene.add_marks(self.scene, MARKS_S)
+        self.obj.ifa.key_times = "PICTURE_FIRST"
+        self.assertEqual(bpy.ops.ifa.solve(), {"FINISHED"})
+        kept = [scene.stored_time_s(marker) for marker in self.scene.timeline_markers]
+        self.assertEqual(kept, MARKS_S)
+        for curve in fcurves(self.obj):
+            frames = np.array([p.co[0] for p in curve.keyframe_points])
+            np.testing.assert_array_equal(frames, np.round(frames))
+        timing = scene.timing(self.scene)
+        whole = np.arange(1, 40)
+        # the earliest frame that is not more than 15 ms before the mark
+        shown = [whole[np.argmax(timing.time_s(whole) - mark >= -0.015)] for mark in MARKS_S]
+        self.assertLess(np.abs(self.lowest_vertex_m(timing.time_s(shown))).max(), TOUCHING_M)
+
     def test_touching_at_each_mark(self):
         """At most 1 ms from the mark the lowest vertex is on the ground."""
         scene.add_marks(self.scene, MARKS_S)

@@ -4,7 +4,7 @@ import time
 
 import bpy
 import numpy as np
-from ifa_addon import job, live, overlay, results, scene
+from ifa_addon import compat, job, live, overlay, results, scene
 from support import SceneTest, add_box
 
 MARKS_S = [0.30, 0.42, 0.48, 0.52]  # a simulated 16 mm die's, rounded to 10 ms
@@ -14,7 +14,7 @@ LIVE_LIMIT_S = 20.0
 
 
 def key_heights(obj):
-    curves = obj.animation_data.action.fcurves
+    curves = compat.fcurves(obj.animation_data.action, obj)
     return np.array([p.co[:] for p in curves.find("location", index=2).keyframe_points])
 
 
