@@ -182,7 +182,21 @@ class Options:
         layout.use_property_split = True
         layout.use_property_decorate = False
         own = context.object.ifa
-        for name in ("ending", "place", "seed", "takes", "time_budget_s", "energy_gain_j"):
+        for name in ("ending", "seed", "takes", "time_budget_s", "energy_gain_j"):
+            layout.prop(own, name)
+
+
+class Keys:
+    bl_label = "Place and Keys"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        own = context.object.ifa
+        layout.prop(context.scene.ifa, "ground")
+        for name in ("place", "key_times", "position_tolerance_mm", "rotation_tolerance_deg"):
             layout.prop(own, name)
 
 
@@ -193,7 +207,7 @@ class _Child:
 
 
 _SPACES = {"": "VIEW_3D", "_dopesheet": "DOPESHEET_EDITOR", "_sequencer": "SEQUENCE_EDITOR"}
-_PARTS = {"main": Main, "marks": Marks, "body": Body, "options": Options}
+_PARTS = {"main": Main, "marks": Marks, "body": Body, "options": Options, "keys": Keys}
 
 
 def _panels() -> tuple[type, ...]:
