@@ -36,7 +36,8 @@ struct Onset {
   Hit hit;              // its time is 0
 };
 
-// `late`: neither a hit nor rest in time; a rest that the body would not keep is none.
+// `late`: neither a hit nor rest in time; a rest that the body would not keep is none. Where sustained
+// contact is off, also a passage that ends as it would begin.
 enum class Next { hit, rest, late, dubious };
 
 struct Passage {
