@@ -47,7 +47,7 @@ class TradeoffReport:
         return not any(point.not_reached for curve in self.curves for point in curve.points)
 
     def to_dict(self) -> dict[str, Any]:
-        """What `ifa tradeoff --json` prints: all of it, JSON-ready; None where there is no figure."""
+        """What `ifa tradeoff --json` prints: JSON-ready; None where there is no figure."""
         return {
             "kind": _KIND,
             "body": self.body.name,

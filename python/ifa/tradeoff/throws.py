@@ -16,7 +16,6 @@ from ifa.marks import Signature
 from ifa.simulation import Run, State, simulate
 from ifa.tradeoff.curve import Outcome, Scene
 
-CONTACT = 4  # the one whose time is compared: errors have grown, and most throws have one
 UNTIL_S = 1.0  # of measured runs: coins and balls roll on for long
 DEFAULT_STEP_S = 1e-3  # of `ifa.simulate`
 _AFTER_S = 0.1  # a reference runs on so long after the contact as a plain run has it
@@ -38,11 +37,13 @@ class Throw:
 class Throws:
     """Random throws in sets of `number`, one set for each repeat: by the paper's sampling.
 
-    Only throws with CONTACT audible contacts are taken; a set has fewer where they are rare.
+    What is compared is the time of the audible contact `contact`, from 1. Only throws that have one
+    are taken; a set has fewer where they are rare.
     """
 
     scene: Scene
     number: int
+    contact: int
     _sets: dict[int, list[Throw]] = field(default_factory=dict)
 
     def of(self, repeat: int) -> Sequence[Throw]:
@@ -63,7 +64,7 @@ class Throws:
         for row in range(room):
             state = states[row]
             state = replace(state, position_m=state.position_m + np.array([0.0, 0.0, lift_m]))
-            time_s = contact_time_s(plain(state, UNTIL_S))
+            time_s = contact_time_s(plain(state, UNTIL_S), self.contact)
             if time_s is not None:
                 found.append(Throw(state, time_s + _AFTER_S))
             if len(found) == self.number:
@@ -83,13 +84,13 @@ class Reference:
         """The times of a set, which are found once."""
         if repeat not in self._sets:
             self._sets[repeat] = [
-                contact_time_s(self.simulation(throw.state, throw.until_s))
+                contact_time_s(self.simulation(throw.state, throw.until_s), self.throws.contact)
                 for throw in self.throws.of(repeat)
             ]
         return self._sets[repeat]
 
 
-def contact_time_s(run: Run, contact: int = CONTACT) -> float | None:
+def contact_time_s(run: Run, contact: int) -> float | None:
     """When the audible contact of that number, from 1, comes; None where there are fewer."""
     try:
         times_s = Signature.from_run(run).times_s
@@ -108,28 +109,31 @@ def measured(reference: Reference, simulation: Simulation) -> Callable[[int], Ou
     def run(repeat: int) -> Outcome:
         throws, wanted_s = reference.throws.of(repeat), reference.of(repeat)
         if not throws:
-            return Outcome(0.0, 0.0, f"none of the throws has {CONTACT} audible contacts")
+            reason = f"none of the throws has {reference.throws.contact} audible contacts"
+            return Outcome(0.0, 0.0, reason)
         began_s = time.perf_counter()
         runs = [simulation(throw.state, UNTIL_S) for throw in throws]
         time_s = (time.perf_counter() - began_s) / len(throws)
-        return _outcome(runs, wanted_s, time_s)
+        return _outcome(runs, wanted_s, reference.throws.contact, time_s)
 
     return run
 
 
-def _outcome(runs: Sequence[Run], wanted_s: Sequence[float | None], time_s: float) -> Outcome:
+def _outcome(
+    runs: Sequence[Run], wanted_s: Sequence[float | None], contact: int, time_s: float
+) -> Outcome:
     errors_s = []
     lost = dict.fromkeys(
         (
             "ODE could not go on",
-            f"fewer than {CONTACT} audible contacts",
-            f"fewer than {CONTACT} audible contacts in the reference",
+            f"fewer than {contact} audible contacts",
+            f"fewer than {contact} audible contacts in the reference",
         ),
         0,
     )
     failed, short, unknown = lost
     for run, wanted in zip(runs, wanted_s, strict=True):
-        got = contact_time_s(run)
+        got = contact_time_s(run, contact)
         if run.status == "failed":
             lost[failed] += 1
         elif wanted is None:
