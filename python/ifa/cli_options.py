@@ -157,7 +157,7 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
         "earlier report there is replaced",
     )
     tradeoff.add_argument(
-        "--quick", action="store_true", help="fewer and smaller settings, a minute for all"
+        "--quick", action="store_true", help="fewer and smaller settings, within a minute"
     )
     tradeoff.add_argument(
         "--knobs", metavar="A,B", help=f"only these of {','.join(KNOBS)} (default: all)"
@@ -167,6 +167,13 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
         type=int,
         metavar="N",
         help=f"run each setting so often (default {REPEATS}; with --quick {QUICK_REPEATS})",
+    )
+    tradeoff.add_argument(
+        "--time-limit",
+        type=float,
+        metavar="S",
+        help="begin no run that would end later (default none; with --quick 60); the report says "
+        "what was left out",
     )
     tradeoff.add_argument("--seed", type=int, default=0, metavar="N", help="of throws and searches")
     _add_threads(tradeoff)

@@ -32,9 +32,9 @@ __all__ = [
 REPEATS = 5
 QUICK_REPEATS = 3
 QUICK_S = 60.0  # for everything, drawing included
-_DRAWING_S = 3.0  # of QUICK_S: loading matplotlib and the page
-_PICTURE_S = 0.6  # of QUICK_S, for each study
-_PREPARING = 0.4  # share of QUICK_S after which no further study is prepared
+_DRAWING_S = 3.0  # of a time limit: loading matplotlib and the page
+_PICTURE_S = 0.6  # of a time limit, for each study
+_PREPARING = 0.4  # share of a time limit after which no further study is prepared
 _MOST_REPEATS = 1000
 
 
@@ -46,6 +46,7 @@ def tradeoff(
     quick: bool = False,
     knobs: Sequence[str] | None = None,
     repeats: int | None = None,
+    time_limit_s: float | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -58,10 +59,11 @@ def tradeoff(
         marks: What a motion is solved for, where a knob needs one.
         out: A folder to write the report to: one HTML page, and PNG and CSV of each curve. Needs
             matplotlib. What stands there is replaced if it is an earlier report.
-        quick: Fewer and smaller settings, and a minute for all of it: what does not fit is named
-            in the report.
+        quick: Fewer and smaller settings.
         knobs: Names of knobs, as `ifa tradeoff --help` lists them; None measures all.
         repeats: How often each setting is run: 5, or 3 with `quick`.
+        time_limit_s: For all of it, drawing included: a run that would end later is not begun, and
+            the report says what was left out. None is no limit, or a minute with `quick`.
         seed: Of throws and searches; repeat k of a search has seed `seed` + k.
         threads: For searches: 1 or more, None is one for each core.
         progress: Read its `fraction` and call its `cancel()` from another thread.
@@ -91,6 +93,9 @@ def tradeoff(
         repeats = QUICK_REPEATS if quick else REPEATS
     repeats = arguments.whole(repeats, "repeats", _MOST_REPEATS, least=1)
     seed = arguments.whole(seed, "seed", 2**64 - 1 - _MOST_REPEATS)
+    limit_s = QUICK_S if quick else math.inf
+    if time_limit_s is not None:
+        limit_s = arguments.positive(time_limit_s, "time_limit_s")
     arguments.threads(threads)
     arguments.check_progress(progress)
     if out is not None:
@@ -100,10 +105,11 @@ def tradeoff(
     circumstances = {"command": command, "date": time.strftime("%Y-%m-%d %H:%M %Z"), **machine()}
     inner = None if progress is None else progress.part(0.0, 0.0)  # cancels, but counts nothing
     scene = Scene(body, marks, seed, threads, inner)
-    studies = _prepared(scene, names, quick, began_s)
+    studies = _prepared(scene, names, quick, began_s + _PREPARING * limit_s)
     drawing_s = _DRAWING_S + _PICTURE_S * len(studies) if out is not None else 0.0
-    deadline_s = began_s + QUICK_S - drawing_s if quick else math.inf
-    curves = measure(studies, repeats=repeats, deadline_s=deadline_s, progress=progress)
+    curves = measure(
+        studies, repeats=repeats, deadline_s=began_s + limit_s - drawing_s, progress=progress
+    )
     circumstances["load after"] = load()
     report = TradeoffReport(
         body=body,
@@ -122,15 +128,18 @@ def tradeoff(
     return report
 
 
-def _prepared(scene: Scene, names: Sequence[str], quick: bool, began_s: float) -> list[Study]:
-    """The studies of the knobs; those that cannot be made have no settings and say why."""
+def _prepared(scene: Scene, names: Sequence[str], quick: bool, until_s: float) -> list[Study]:
+    """The studies of the knobs; those that cannot be made have no settings and say why.
+
+    until_s: By `time.monotonic`; none is begun later.
+    """
     studies = []
     for name in names:
         for make in all_knobs.KNOBS[name]:
             if scene.progress is not None and scene.progress.cancelled:
                 raise Cancelled("cancelled")
-            if quick and time.monotonic() - began_s > _PREPARING * QUICK_S:
-                reason = "not begun: the minute of the quick measurement was over"
+            if time.monotonic() > until_s:
+                reason = "not begun: the time was up"
             else:
                 try:
                     studies.append(make(scene, quick=quick))

@@ -29,6 +29,7 @@ def run(options: argparse.Namespace, body: Body, marks: Signature) -> TradeoffRe
             quick=options.quick,
             knobs=None if options.knobs is None else options.knobs.split(","),
             repeats=options.repeats,
+            time_limit_s=options.time_limit,
             seed=options.seed,
             threads=options.threads,
             progress=progress,

@@ -19,6 +19,7 @@ _RATES_HZ = (24, 30, 60, 120, 240, 480, 960)
 _QUICK_RATES_HZ = (24, 60, 240)
 _EXPORT_HZ = 1000.0
 _WIDTHS = ("float16", "float32", "float64")
+_SAME_POSE_MM = 1e-9  # what making a quaternion unit again may round
 _KEY_NUMBERS = 8  # a time, a position and a quaternion
 
 
@@ -85,7 +86,8 @@ def float_width(scene: Scene, *, quick: bool) -> Study:
             kept = positions_m.astype(float), _unit(quaternions.astype(float))
             wrong_mm, wrong_deg = pose_errors(kept, exact)
             chord_mm = 2e3 * reach_m * np.sin(0.5 * np.radians(wrong_deg))
-            return Outcome(time_s, float((wrong_mm + chord_mm).max()))
+            error_mm = float((wrong_mm + chord_mm).max())
+            return Outcome(time_s, error_mm if error_mm > _SAME_POSE_MM else 0.0)
 
         return run
 

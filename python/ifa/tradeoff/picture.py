@@ -58,7 +58,7 @@ def png(curve: Curve) -> bytes:
     figure.legend(
         handles, names, loc="center left", bbox_to_anchor=(0.11, 0.875), ncols=len(names),
         frameon=False, fontsize=8, labelcolor=_INK, borderpad=0.0, borderaxespad=0.0,
-        columnspacing=1.2, handlelength=1.6,
+        columnspacing=1.0, handlelength=1.4, handletextpad=0.5,
     )  # fmt: skip
     out = io.BytesIO()
     figure.savefig(out, format="png", metadata={"Software": None})
@@ -178,7 +178,7 @@ def _dress(axes: Axes, curve: Curve) -> None:
             (1.0,) if decades > 2.2 else (1.0, 2.0, 5.0) if decades > 0.7 else tuple(range(1, 10))
         )
         axis.set_major_locator(LogLocator(subs=subs, numticks=12))
-        axis.set_major_formatter(FuncFormatter(_time_name if unit else lambda v, _: f"{v:.3g}"))
+        axis.set_major_formatter(FuncFormatter(_time_name if unit else _error_name))
         axis.set_minor_locator(LogLocator(subs=tuple(range(1, 10)), numticks=12))
         axis.set_minor_formatter(NullFormatter())
     axes.grid(color=_GRID, lw=0.6)
@@ -189,6 +189,14 @@ def _dress(axes: Axes, curve: Curve) -> None:
     for side, spine in axes.spines.items():
         spine.set_visible(side in ("left", "bottom"))
         spine.set_color(_FAINT)
+
+
+def _error_name(error: float, _: Any) -> str:
+    if 1e-4 <= error < 1e5:
+        return f"{error:.3g}" if error < 1e3 else f"{error:,.0f}"
+    exponent = math.floor(math.log10(error) + 1e-9)
+    leading = round(error / 10.0**exponent)
+    return f"$10^{{{exponent}}}$" if leading == 1 else f"${leading}\\cdot 10^{{{exponent}}}$"
 
 
 def _time_name(time_s: float, _: Any) -> str:

@@ -19,6 +19,7 @@ from ifa.tradeoff.curve import Outcome, Scene
 UNTIL_S = 1.0  # of measured runs: coins and balls roll on for long
 DEFAULT_STEP_S = 1e-3  # of `ifa.simulate`
 _AFTER_S = 0.1  # a reference runs on so long after the contact as a plain run has it
+_SAME_TIME_S = 1e-12  # roundings of times of up to UNTIL_S
 _LIFT = 0.5  # of the farthest vertex' distance
 _TRIES = 4  # samples for each throw that is wanted
 
@@ -141,7 +142,8 @@ def _outcome(
         elif got is None:
             lost[short] += 1
         else:
-            errors_s.append(abs(got - wanted))
+            error_s = abs(got - wanted)
+            errors_s.append(error_s if error_s > _SAME_TIME_S else 0.0)
     losses = tuple(f"{n} of {len(runs)} throws: {why}" for why, n in lost.items() if n)
     if not errors_s:
         return Outcome(time_s, 0.0, "; ".join(losses))
