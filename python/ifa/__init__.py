@@ -36,6 +36,7 @@ from ifa.simulation import Hits, Run, State, fly, simulate
 from ifa.solution import Event, Motion, Solution
 from ifa.solving import CLEARLY_DIFFERENT, solve
 from ifa.symmetry import Symmetry
+from ifa.tradeoff import TradeoffReport, tradeoff
 from ifa.verification import Certificate, verify
 
 __all__ = [
@@ -70,6 +71,7 @@ __all__ = [
     "Solution",
     "State",
     "Symmetry",
+    "TradeoffReport",
     "__version__",
     "bodies",
     "estimate",
@@ -80,5 +82,6 @@ __all__ = [
     "simulate",
     "simulate_batch",
     "solve",
+    "tradeoff",
     "verify",
 ]
