@@ -19,6 +19,8 @@ import json
 import sys
 import time
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import ifa
@@ -40,11 +42,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="python -m benchmarks.accuracy_presets",
         description="Measure presets of accuracy, or judge predictions.",
     )
-    parser.add_argument("--record", action="store_true", help=f"write {DATA.relative_to(ROOT)}")
+    parser.add_argument("--record", action="store_true", help=f"write {DATA.name}")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--predict", action="store_true", help="judge predictions on recordings")
     what.add_argument("--keys", action="store_true", help="count keys by their tolerances")
-    parser.add_argument("--limit", type=int, default=40, help="cases of each kind (default 40)")
+    parser.add_argument("--limit", type=int, default=40, help="throws, solved twice (default 40)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--clock", choices=CLOCKS, default="wall")
     parser.add_argument("--threads", type=int, help="default: all; with --clock cpu 1")
@@ -89,7 +91,7 @@ def _measure(options: argparse.Namespace, header: list[str]) -> int:
     for climb in measured(options):
         climbs.append(climb)
         print(_climb_line(climb), flush=True)
-    rows = [point(preset, climbs) for preset in candidates()]
+    rows = [row for preset in candidates() if (row := point(preset, climbs))]
     mark_front(rows)
     print(
         f"\n{'preset':28} {'s: median':>9} {'mean':>7} {'p90':>7} {'error: median':>13} "
@@ -183,10 +185,12 @@ def _predict(options: argparse.Namespace, header: list[str]) -> int:
         return 2
     rows = []
     print(predictions.HEADER)
-    for case in kind.make(options.shared, options.limit):
-        for row in predictions.judge(case, options):
-            rows.append(row)
-            print(predictions.line(row), flush=True)
+    with ProcessPoolExecutor(options.processes) as pool:
+        for own in pool.map(
+            partial(predictions.judge, options), kind.make(options.shared, options.limit)
+        ):
+            rows += own
+            print("\n".join(map(predictions.line, own)), flush=True)
     shares = predictions.shares(rows)
     print(predictions.shares_text(shares))
     write_csv(options.output / f"predictions_{options.clock}.csv", header, rows)

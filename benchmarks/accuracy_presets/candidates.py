@@ -59,10 +59,12 @@ def outcome(preset: ifa.Accuracy, climb: Measured) -> Outcome | None:
 def point(preset: ifa.Accuracy, climbs: Sequence[Measured]) -> Row:
     """One row of the table: what the preset costs and reaches over all climbs.
 
-    error: the mean of 1 - Score, which is 1 where the motion did not succeed.
+    error: 1 - Score, and 1 where the motion did not succeed. Empty where no climb has its rungs.
     """
     outcomes = (outcome(preset, climb) for climb in climbs)
     results = [result for result in outcomes if result is not None]
+    if not results:
+        return {}
     times_s = sorted(result[0] for result in results)
     errors = sorted(result[3] if result[1] else 1.0 for result in results)
     ninth = min(len(results) - 1, int(0.9 * len(results)))

@@ -20,8 +20,13 @@ HEADER = (
 )
 
 
-def judge(case: Case, options: argparse.Namespace) -> list[Row]:
+UNBOUND_S = 1e6
+
+
+def judge(options: argparse.Namespace, case: Case) -> list[Row]:
     """All stops of one recording: predicted at once, then solved one after the other."""
+    # Budgets are of real time: a machine that is busy otherwise would end climbs anywhere.
+    budget = {"time_budget_s": UNBOUND_S} if options.clock == "cpu" else {}
     predictions = ifa.predict_all(
         case.body,
         case.marks,
@@ -30,10 +35,13 @@ def judge(case: Case, options: argparse.Namespace) -> list[Row]:
         events=case.events,
         seed=options.seed,
         threads=options.threads,
+        **budget,
     )
     rows: list[Row] = []
     for name, prediction in predictions.items():
-        solution, true_s = solve_one(case, ifa.ACCURACIES[name], options, prediction=prediction)
+        solution, true_s = solve_one(
+            case, ifa.ACCURACIES[name], options, prediction=prediction, **budget
+        )
         error = 1.0 if solution is None else solution.error
         rows.append(
             {
