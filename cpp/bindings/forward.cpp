@@ -64,8 +64,9 @@ void bind_forward(py::module_& m) {
       "solve_forward",
       [](const Body& body, const Marks& marks, std::uint64_t seed, double time_budget_s, int threads,
          bool fit_material, double energy_gain_j, int rung, bool contact, int takes, double lead_in_s,
-         const std::shared_ptr<KeptSearch>& reuse, const std::vector<int>& ladder, bool until_succeeded,
-         int least_rung, const std::shared_ptr<Progress>& progress) {
+         const std::shared_ptr<KeptSearch>& reuse, const std::shared_ptr<Progress>& progress,
+         const std::map<std::string, bool>& forced, const std::vector<int>& ladder, bool until_succeeded,
+         int least_rung) {
         const SolveOptions options{seed,
                                    time_budget_s,
                                    threads,
@@ -76,6 +77,7 @@ void bind_forward(py::module_& m) {
                                    takes,
                                    lead_in_s,
                                    reuse,
+                                   to_forced(forced),
                                    ladder,
                                    until_succeeded ? Goal::succeeded : Goal::plausible,
                                    least_rung};
@@ -84,8 +86,9 @@ void bind_forward(py::module_& m) {
       },
       py::arg("body"), py::arg("marks"), py::kw_only(), py::arg("seed"), py::arg("time_budget_s"),
       py::arg("threads"), py::arg("fit_material"), py::arg("energy_gain_j"), py::arg("rung"),
-      py::arg("contact"), py::arg("takes"), py::arg("lead_in_s"), py::arg("reuse"), py::arg("ladder"),
-      py::arg("until_succeeded"), py::arg("least_rung"), py::arg("progress"));
+      py::arg("contact"), py::arg("takes"), py::arg("lead_in_s"), py::arg("reuse"), py::arg("progress"),
+      py::arg("forced") = std::map<std::string, bool>{}, py::arg("ladder") = std::vector<int>{},
+      py::arg("until_succeeded") = false, py::arg("least_rung") = 0);
   m.def(
       "estimate",
       [](const Body& body, const Marks& marks, const Array& gravity_m_s2) {

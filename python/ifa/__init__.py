@@ -38,6 +38,7 @@ from ifa.simulation import Hits, Run, State, fly, simulate
 from ifa.solution import Event, Motion, Prediction, Solution
 from ifa.solving import CLEARLY_DIFFERENT, solve
 from ifa.symmetry import Symmetry
+from ifa.tradeoff import TradeoffReport, tradeoff
 from ifa.verification import Certificate, verify
 
 __all__ = [
@@ -75,6 +76,7 @@ __all__ = [
     "Solution",
     "State",
     "Symmetry",
+    "TradeoffReport",
     "__version__",
     "bodies",
     "estimate",
@@ -87,5 +89,6 @@ __all__ = [
     "simulate",
     "simulate_batch",
     "solve",
+    "tradeoff",
     "verify",
 ]

@@ -28,9 +28,10 @@ struct SolveOptions {
   // An earlier solve of this body with these options: what its marks and these have in common is gone on
   // from.
   std::shared_ptr<const KeptSearch> reuse;
-  std::vector<int> ladder;      // states in the beam of each rung, growing; empty: the standard ladder
-  Goal goal = Goal::plausible;  // that ends the climb
-  int least_rung = 0;           // which is climbed to even where a lower one reaches the goal
+  ForcedEffects forced = {};     // on or off, whatever the scene calls for
+  std::vector<int> ladder = {};  // states in the beam of each rung, growing; empty: the standard ladder
+  Goal goal = Goal::plausible;   // that ends the climb
+  int least_rung = 0;            // which is climbed to even where a lower one reaches the goal
 };
 
 // The ladder: beams grow from rung to rung, as `standard_ladder` or as the options say. On each, the
