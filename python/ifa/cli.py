@@ -165,8 +165,8 @@ def _predicted(options: argparse.Namespace, body: ifa.Body, marks: ifa.Signature
     """The accuracy asked for, if one is, and what is expected of it, which is said at once."""
     if options.accuracy is None:
         return {}
-    if options.method != "forward" or options.rung is not None:
-        return {"accuracy": options.accuracy}
+    if options.method != "forward" or options.rung is not None or options.takes > 1:
+        return {"accuracy": options.accuracy}  # a prediction is of a climb to one motion
     progress = ifa.Progress()
     prediction = watched(
         lambda: ifa.predict(

@@ -61,7 +61,7 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
         "--accuracy",
         choices=tuple(ifa.ACCURACIES),
         help="draft is fast, good (default) plausible, best goes on; given here, seconds and error "
-        "are predicted before, which takes a second at most, and compared after",
+        "of one take are predicted before, which takes a second at most, and compared after",
     )
     solve.add_argument(
         "--rung",

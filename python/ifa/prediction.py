@@ -37,7 +37,10 @@ _PROBE = Accuracy("probe", (1,), "plausible", 0, 10.0, 1.0, 1.0)
 
 @dataclass(frozen=True)
 class Rung:
-    """What one rung of a climb cost and found; error is 1 - Score."""
+    """What one rung of a climb cost and found; error is 1 - Score.
+
+    Where constraints are not met it counts as neither succeeded nor plausible.
+    """
 
     beam: int
     time_s: float
@@ -50,7 +53,9 @@ Climb = Mapping[int, Rung]
 """Rungs of one scene by their beam."""
 
 
-def predict(body: Body, marks: Signature, *, accuracy: str = "good", **options: Any) -> Prediction:
+def predict(
+    body: Body, marks: Signature, *, accuracy: str | Accuracy = "good", **options: Any
+) -> Prediction:
     """How long `ifa.solve` with these arguments will take, and how good its motion will be.
 
     The first rungs of the search are run on this very scene for a second at most
@@ -63,20 +68,21 @@ def predict(body: Body, marks: Signature, *, accuracy: str = "good", **options: 
     Args:
         body: What moves.
         marks: When its contacts happen.
-        accuracy: "draft", "good" or "best".
+        accuracy: "draft", "good" or "best", or an `ifa.Accuracy` of one's own.
         **options: Those of `ifa.solve` that bear on it: `events`, `seed`, `time_budget_s`,
             `threads`, `material`, `energy_gain_j`, `constraints`, `lead_in_s` and `progress`.
 
     Raises IfaValueError naming the argument, Cancelled.
     """
-    return predict_all(body, marks, accuracies=(accuracy,), **options)[accuracy]
+    (prediction,) = predict_all(body, marks, accuracies=(accuracy,), **options).values()
+    return prediction
 
 
 def predict_all(
     body: Body,
     marks: Signature,
     *,
-    accuracies: Sequence[str] = tuple(ACCURACIES),
+    accuracies: Sequence[str | Accuracy] = tuple(ACCURACIES),
     clock: _Clock = time.perf_counter,
     **options: Any,
 ) -> dict[str, Prediction]:
@@ -87,8 +93,9 @@ def predict_all(
     presets = [accuracy.named(name) for name in accuracies]
     arguments.only_known(options, _OPTIONS)
     arguments.check_progress(options.get("progress"))
-    if "time_budget_s" in options:
-        budget_s = arguments.positive(options.pop("time_budget_s"), "time_budget_s")
+    budget_s = options.pop("time_budget_s", None)
+    if budget_s is not None:
+        budget_s = arguments.positive(budget_s, "time_budget_s")
         presets = [replace(preset, time_budget_s=budget_s) for preset in presets]
     began_s = clock()
     calibration = _Calibration(body, marks, options, clock, began_s + CALIBRATION_S - _ENDING_S)
@@ -157,7 +164,9 @@ class _Calibration:
                 progress=progress,
                 **self._options,
             )
-            succeeded, plausible, error = found.succeeded, found.plausible, found.error
+            met = found.constraints_met  # or the climb goes on
+            succeeded, plausible = found.succeeded and met, found.plausible and met
+            error = found.error
         except _core.NoMotionError:
             pass
         except _core.Cancelled:

@@ -109,6 +109,8 @@ class TestPresets:
         solution = ifa.solve(die, MARKS, accuracy=own)
         assert poses(solution) == poses(ifa.solve(die, MARKS, rung=0))
         assert solution.accuracy == "narrow"
+        made = ifa.predict(die, MARKS, accuracy=own, clock=standing_still)
+        assert made.reached and made.error == solution.error
 
     @pytest.mark.parametrize(
         ("field", "value"),
