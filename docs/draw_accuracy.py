@@ -72,7 +72,7 @@ def page_text(reports: Mapping[str, ifa.TradeoffReport], drawn: Sequence[str]) -
         curves = _of(reports, knob)
         study = next(iter(curves.values())).study
         lines += [f"## {study.title}", "", f"![{study.title}](images/accuracy_{knob}.png)", ""]
-        lines += [study.note, ""]
+        lines += [_note(curves), ""]
         lines += _table(curves)
         left_out = [
             f"{name}: {curve.study.note}"
@@ -92,6 +92,13 @@ def _of(
         for curve in report.curves
         if curve.study.knob == knob and bool(curve.points) is not without_points
     }
+
+
+def _note(curves: Mapping[str, Curve]) -> str:
+    """The study's note; figures in it may be of one body."""
+    notes = {curve.study.note for curve in curves.values()}
+    first = next(iter(curves))
+    return curves[first].study.note + (f" ({first}'s figures.)" if len(notes) > 1 else "")
 
 
 def _table(curves: Mapping[str, Curve]) -> list[str]:
