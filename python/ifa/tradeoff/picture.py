@@ -56,10 +56,12 @@ def panels_png(curves: Mapping[str, Curve], columns: int = 3) -> bytes:
     """The same study on several scenes, by name: a panel for each."""
     rows = -(-len(curves) // columns)
     height_in = 0.9 + _PANEL_IN[1] * rows
-    figure, renderer = _new_figure((_PANEL_IN[0] * columns, height_in))
+    width_in = max(_PANEL_IN[0] * columns, _SIZE_IN[0])  # room for the legend
+    left = 0.75 / width_in
+    figure, renderer = _new_figure((width_in, height_in))
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     figure.subplots_adjust(
-        left=0.062, right=0.99, top=1.0 - 0.85 / height_in, bottom=0.48 / height_in, wspace=0.24,
+        left=left, right=0.99, top=1.0 - 0.85 / height_in, bottom=0.48 / height_in, wspace=0.24,
         hspace=0.38,
     )  # fmt: skip
     for axes in grid[len(curves) :]:
@@ -72,7 +74,7 @@ def panels_png(curves: Mapping[str, Curve], columns: int = 3) -> bytes:
         if k < len(curves) - columns:
             axes.set_xlabel("")
     title = next(iter(curves.values())).study.title
-    _title(figure, title, 0.062, 1.0 - 0.2 / height_in, 1.0 - 0.46 / height_in)
+    _title(figure, title, left, 1.0 - 0.2 / height_in, 1.0 - 0.46 / height_in)
     return _bytes(figure)
 
 
