@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import io
 import math
+import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ifa._core import IfaError
-from ifa.tradeoff.curve import Curve, Point
+from ifa.tradeoff.curve import Curve, Point, Study
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,6 +41,22 @@ def check_matplotlib() -> None:
             "pictures of a trade-off need matplotlib: pip install ifa[plot], or leave out the "
             "folder and take the figures alone"
         ) from error
+
+
+def drawing_time_s() -> float:
+    """How long one picture takes, here and now: of a made-up curve, drawn twice."""
+    points = tuple(
+        Point(
+            f"setting {k}", "", 2.0**k, (2.0**k, 3.0**k), 3.0**-k, (4.0**-k, 3.0**-k), 3, (), True
+        )
+        for k in range(8)
+    )
+    took_s = 0.0
+    for _ in range(2):  # the first time loads matplotlib and its fonts
+        began_s = time.perf_counter()
+        png(Curve(Study("drawing", "Drawing", "error", ()), points))
+        took_s = time.perf_counter() - began_s
+    return took_s
 
 
 def png(curve: Curve) -> bytes:
