@@ -22,7 +22,7 @@ SHORTEST_STEP_S = 4e-4  # refinement ends here: contact chatter has kinks at eve
 _PROBES = 15  # a segment is compared with the motion at this many places at least,
 _PROBE_STEP_S = 2e-3  # or this often,
 _MARGIN = 0.95  # and held to this share of the tolerance there, for what lies between them
-_EQUAL_PARTS = (1, 2, 3, 4, 5, 6, 8, 10, 12)  # flights are regular: equal parts serve them best
+_MANY_PARTS = 8  # as many equal parts of an interval are tried before it is halved as needed
 
 
 class Motion(Protocol):
@@ -220,27 +220,35 @@ def divide(
     """Times (k,) of the keys: the fixed ones and what divides the segments between them.
 
     `is_beyond(begin, end)` (m,) tells which segments leave the tolerance. Each interval is cut
-    into the fewest equal parts of which none does; where that takes too many, in halves as often
-    as needed. Then neighbours that are good as one are joined.
+    into the fewest equal parts of which none does, which suits flights, or where that takes fewer
+    in halves as often as needed, which suits contact. Then neighbours that are good as one are
+    joined.
     """
     begin, end = fixed[:-1], fixed[1:]
-    room = grid.room(end - begin)
-    left_over = np.arange(len(begin))
     found = [fixed]
-    for parts in _EQUAL_PARTS:
-        tried = left_over[room[left_over] >= parts] if parts > 1 else left_over
-        if not len(tried):
-            break
-        share = np.arange(parts + 1) / parts
-        knots = begin[tried, None] + share * (end - begin)[tried, None]
+
+    def cut(parts: int, tried: np.ndarray) -> np.ndarray:
+        """Keep the equal parts of those of the intervals `tried` that they suit; the others."""
+        given, tried = tried, tried[(grid.room(end - begin)[tried] >= parts) | (parts == 1)]
+        knots = begin[tried, None] + np.arange(parts + 1) / parts * (end - begin)[tried, None]
         knots[:, -1] = end[tried]
         knots[:, 1:-1] = grid.snap(knots[:, 1:-1])
-        good = ~is_beyond(knots[:, :-1].ravel(), knots[:, 1:].ravel()).reshape(-1, parts).any(
-            axis=1
-        )
+        off = is_beyond(knots[:, :-1].ravel(), knots[:, 1:].ravel()).reshape(-1, parts)
+        good = ~off.any(axis=1)
         found.append(knots[good, 1:-1].ravel())
-        left_over = np.setdiff1d(left_over, tried[good])
-    found.append(_halve(begin[left_over], end[left_over], grid, is_beyond))
+        return np.setdiff1d(given, tried[good])
+
+    left_over = np.arange(len(begin))
+    for parts in range(1, _MANY_PARTS + 1):
+        left_over = cut(parts, left_over)
+    halves = np.sort(_halve(begin[left_over], end[left_over], grid, is_beyond))
+    counts = np.searchsorted(halves, end) - np.searchsorted(halves, begin) + 1
+    while (counts[left_over] > parts).any():
+        parts = int(np.ceil(1.2 * parts))
+        fewer = counts[left_over] > parts
+        left_over = np.union1d(left_over[~fewer], cut(parts, left_over[fewer]))
+    halved = np.searchsorted(begin, halves, side="right") - 1
+    found.append(halves[np.isin(halved, left_over)])
     return _join(np.unique(np.concatenate(found)), fixed, is_beyond)
 
 

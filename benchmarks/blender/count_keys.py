@@ -1,4 +1,3 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
 """How many keys motions take, and how far the curves are from them.
 
 IFA_PYTHONPATH=python blender -b --factory-startup --python benchmarks/blender/count_keys.py

@@ -1,4 +1,3 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
 """How long keys of many objects take: blender -b --factory-startup --python THIS [-- OBJECTS].
 
 Writes the keys of 500 objects (or OBJECTS) over 240 frames at 24 a second, of 25 motions: as few as

@@ -58,7 +58,7 @@ bool newton(const lanes::BodyView& body, const Quat& target, Shooting& shooting)
 Shooting shoot(const lanes::BodyView& body, const Quat& target, const Vec3& guess, const Vec3& other_guess) {
   Shooting shooting;
   shooting.spin_rad = guess;
-  if (body.isotropic) {
+  if (!body.couples_spin) {
     shooting.outcome = Shot::converged;
     shooting.spin_rad = constant_spin(target, guess);
     return shooting;
