@@ -13,5 +13,6 @@ PYBIND11_MODULE(_core, m) {
   ifa::bindings::bind_forward(m);
   ifa::bindings::bind_explain(m);
   ifa::bindings::bind_graph(m);
+  ifa::bindings::bind_connections(m);
   ifa::bindings::bind_verify(m);
 }

@@ -33,7 +33,7 @@ from ifa.estimation import Estimate, Finding, Gap, estimate
 from ifa.explanation import Conflict, Explanation, Repair, explain
 from ifa.marks import Signature
 from ifa.simulation import Hits, Run, State, fly, simulate
-from ifa.solution import Event, Motion, Solution
+from ifa.solution import Event, Motion, Solution, Stage
 from ifa.solving import CLEARLY_DIFFERENT, solve
 from ifa.symmetry import Symmetry
 from ifa.verification import Certificate, verify
@@ -68,6 +68,7 @@ __all__ = [
     "SampleStatus",
     "Signature",
     "Solution",
+    "Stage",
     "State",
     "Symmetry",
     "__version__",

@@ -26,6 +26,8 @@ void check(const SolveOptions& options) {
     throw ArgumentError("rung: the last one is " + std::to_string(rung_count() - 1));
   if (options.takes < 1) throw ArgumentError("takes: must be 1 or more");
   if (!(options.lead_in_s > 0.0)) throw ArgumentError("lead_in_s: must be above 0");
+  if (options.proposals.roots < 1) throw ArgumentError("roots: must be 1 or more");
+  if (options.proposals.variants < 0) throw ArgumentError("variants: must be 0 or more");
 }
 
 class Solver {
@@ -52,6 +54,7 @@ class Solver {
     Solution best = std::move(takes_.front());
     best.others.assign(std::make_move_iterator(takes_.begin() + 1), std::make_move_iterator(takes_.end()));
     best.kept = std::make_shared<const KeptSearch>(std::move(kept_));
+    best.history = std::move(history_);
     return best;
   }
 
@@ -62,7 +65,9 @@ class Solver {
 
   Problem problem() const { return {kept_.bodies, kept_.physics, kept_.marks}; }
 
-  BeamOptions beam_options(int rung) const { return {kLadder[rung], options_.seed, options_.threads}; }
+  BeamOptions beam_options(int rung) const {
+    return {kLadder[rung], options_.seed, options_.threads, options_.proposals};
+  }
 
   // What a rung has found competes with what others did only as a whole.
   void offer(Beam&& beam, std::vector<Solution>&& takes, int rung) {
@@ -70,10 +75,12 @@ class Solver {
       s.rung = rung;
       s.simulated_s = beam.simulated_s;
     }
-    if (!takes_.empty() && !better(takes.front(), takes_.front())) return;
-    takes_ = std::move(takes);
-    kept_.rung = rung;
-    kept_.beam = std::move(beam);
+    if (takes_.empty() || better(takes.front(), takes_.front())) {
+      takes_ = std::move(takes);
+      kept_.rung = rung;
+      kept_.beam = std::move(beam);
+    }
+    history_.push_back(stage_of(takes_.front(), rung, seconds_gone()));
   }
 
   std::vector<Solution> takes_of(const Beam& beam) const {
@@ -114,6 +121,7 @@ class Solver {
         return search_beam(problem(), options, part, &before.beam, same);
       });
     if (!takes_.empty() && takes_.front().satisfies()) return;
+    history_.clear();
     takes_.clear();  // what the climb finds has its own materials
     kept_.bodies = own;
   }
@@ -168,12 +176,14 @@ class Solver {
   Progress* progress_;
   KeptSearch kept_{};
   std::vector<Solution> takes_;
+  std::vector<Stage> history_;
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace
 
 int rung_count() { return static_cast<int>(std::size(kLadder)); }
+std::span<const int> standard_ladder() { return kLadder; }
 
 Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions& options,
                        Progress* progress) {

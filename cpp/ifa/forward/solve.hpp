@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "ifa/base/progress.hpp"
@@ -24,6 +25,7 @@ struct SolveOptions {
   // An earlier solve of this body with these options: what its marks and these have in common is gone on
   // from.
   std::shared_ptr<const KeptSearch> reuse;
+  Proposals proposals;
 };
 
 // The ladder: beams grow from rung to rung. On each, the materials to choose from share one beam, and a mark
@@ -36,5 +38,6 @@ struct SolveOptions {
 Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions& options, Progress* progress);
 
 int rung_count();
+std::span<const int> standard_ladder();  // states in the beam of each rung
 
 }  // namespace ifa
