@@ -88,7 +88,6 @@ void bind_solution(py::module_& m);
 void bind_forward(py::module_& m);
 void bind_explain(py::module_& m);
 void bind_graph(py::module_& m);
-void bind_connections(py::module_& m);
 void bind_verify(py::module_& m);
 
 }  // namespace ifa::bindings

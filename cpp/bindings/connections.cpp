@@ -1,11 +1,11 @@
 // Connections of the graph, made by themselves: what their tolerance costs.
+#include "connections.hpp"
+
 #include "ifa/graph/connection.hpp"
 #include "ifa/graph/connection_problems.hpp"
 #include "ifa/graph/paper_shooting.hpp"
 #include "ifa/rigid/flight.hpp"
 #include "ifa/rigid/views.hpp"
-
-#include "bindings.hpp"
 
 namespace ifa::bindings {
 namespace {

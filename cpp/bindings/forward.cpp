@@ -64,8 +64,8 @@ void bind_forward(py::module_& m) {
       "solve_forward",
       [](const Body& body, const Marks& marks, std::uint64_t seed, double time_budget_s, int threads,
          bool fit_material, double energy_gain_j, int rung, bool contact, int takes, double lead_in_s,
-         const std::shared_ptr<KeptSearch>& reuse, const std::shared_ptr<Progress>& progress, int roots,
-         int variants) {
+         const std::shared_ptr<KeptSearch>& reuse, const std::shared_ptr<Progress>& progress,
+         const std::map<std::string, bool>& forced, int roots, int variants) {
         const SolveOptions options{seed,
                                    time_budget_s,
                                    threads,
@@ -76,6 +76,7 @@ void bind_forward(py::module_& m) {
                                    takes,
                                    lead_in_s,
                                    reuse,
+                                   to_forced(forced),
                                    {roots, variants}};
         const auto work = [&](Progress* p) { return solve_forward(body, marks, options, p); };
         return from_solution(run_interruptible<Solution>(progress, work));
@@ -83,7 +84,8 @@ void bind_forward(py::module_& m) {
       py::arg("body"), py::arg("marks"), py::kw_only(), py::arg("seed"), py::arg("time_budget_s"),
       py::arg("threads"), py::arg("fit_material"), py::arg("energy_gain_j"), py::arg("rung"),
       py::arg("contact"), py::arg("takes"), py::arg("lead_in_s"), py::arg("reuse"), py::arg("progress"),
-      py::arg("roots") = Proposals{}.roots, py::arg("variants") = Proposals{}.variants);
+      py::arg("forced") = std::map<std::string, bool>{}, py::arg("roots") = Proposals{}.roots,
+      py::arg("variants") = Proposals{}.variants);
   m.def(
       "estimate",
       [](const Body& body, const Marks& marks, const Array& gravity_m_s2) {

@@ -13,6 +13,5 @@ PYBIND11_MODULE(_core, m) {
   ifa::bindings::bind_forward(m);
   ifa::bindings::bind_explain(m);
   ifa::bindings::bind_graph(m);
-  ifa::bindings::bind_connections(m);
   ifa::bindings::bind_verify(m);
 }

@@ -36,6 +36,7 @@ from ifa.simulation import Hits, Run, State, fly, simulate
 from ifa.solution import Event, Motion, Solution, Stage
 from ifa.solving import CLEARLY_DIFFERENT, solve
 from ifa.symmetry import Symmetry
+from ifa.tradeoff import TradeoffReport, tradeoff
 from ifa.verification import Certificate, verify
 
 __all__ = [
@@ -71,6 +72,7 @@ __all__ = [
     "Stage",
     "State",
     "Symmetry",
+    "TradeoffReport",
     "__version__",
     "bodies",
     "estimate",
@@ -81,5 +83,6 @@ __all__ = [
     "simulate",
     "simulate_batch",
     "solve",
+    "tradeoff",
     "verify",
 ]

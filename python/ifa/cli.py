@@ -1,4 +1,4 @@
-"""The command line: `ifa solve`, `explain`, `estimate`, `build`, `verify` and `bodies`.
+"""The command line: `ifa solve`, `explain`, `estimate`, `build`, `tradeoff`, `verify`, `bodies`.
 
 Exit codes: 0 done, 2 bad input, 3 no acceptable motion (the best one is still written, unless not
 even a first contact was found) or no repair that works, 4 cancelled. With `--json` stdout holds one
@@ -23,6 +23,7 @@ from ifa.marks import Ending
 from ifa.meter import BuildMeter, watched
 from ifa.solving import MOST_TAKES
 from ifa.text_files import write_text
+from ifa.tradeoff import command as tradeoff_command
 
 DONE, NO_MOTION, CANCELLED = 0, 3, 4
 
@@ -218,6 +219,17 @@ def _build(options: argparse.Namespace) -> int:
     return DONE
 
 
+def _tradeoff(options: argparse.Namespace) -> int:
+    body, marks = _request(options)
+    found = tradeoff_command.run(options, body, marks)
+    if options.json:
+        _print_json(found.to_dict())
+    else:
+        print(tradeoff_command.text(found))
+        print(f"written to {options.out}")
+    return DONE
+
+
 def _verify(options: argparse.Namespace) -> int:
     ending = options.ending
     if ending is None and Path(options.marks).suffix.lower() != ".json":
@@ -323,6 +335,7 @@ _VERBS = {
     "explain": _explain,
     "estimate": _estimate,
     "build": _build,
+    "tradeoff": _tradeoff,
     "verify": _verify,
     "bodies": _bodies,
 }

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::size_t kStartsPerState = 12;
 constexpr std::size_t kStartChunk = 32, kChunk = 16;  // what one thread takes at once
+constexpr std::size_t kStartGroup = 8;                // first contacts tried at once for a single mark
 constexpr std::size_t kBatches = 4;
 constexpr std::size_t kFewTracked = 6;  // children that keep to a known motion
 constexpr int kFinishRounds = 4;
@@ -47,20 +48,25 @@ class Search {
   std::size_t room() const { return static_cast<std::size_t>(options_.beam); }
 
   // First contacts, the bodies in turn.
-  void begin() {
-    const std::size_t bodies = problem_.bodies.size();
-    const std::size_t each = (room() * kStartsPerState + bodies - 1) / bodies;
-    const auto chunks =
-        chunks_of(0, each * bodies, kStartChunk, [&](std::size_t i) { return static_cast<int>(i / each); });
-    Level& level = beam_.levels.emplace_back();
-    level.candidates =
-        collect(chunks, [&](const Chunk& chunk, Expander& expander, std::vector<Candidate>& out) {
-          std::vector<RandomStream> random;
-          for (std::size_t i = 0; i < chunk.size; ++i) random.push_back(stream(0, chunk.from + i));
-          begin_candidates(problem_, chunk.body, expander.passages(), random, out, progress_);
-          expander.look_ahead(out, 0);
-        });
-    level.batch_ends = {level.candidates.size()};
+  void begin() { begin(0, starts(), kStartChunk); }
+
+  // Of a single mark: a few first contacts after the other, until one ends as asked with nothing to better.
+  // It is the one that would be chosen of all.
+  bool take_start() {
+    for (std::size_t from = 0; from < starts(); from += kStartGroup) {
+      beam_.levels.clear();
+      begin(from, std::min(starts(), from + kStartGroup), kStartGroup / 2);
+      const std::vector<Candidate>& group = beam_.levels.front().candidates;
+      for (std::size_t i = 0; i < group.size(); ++i) {
+        const Passage& passage = *group[i].unchanged;
+        if (!ends_as_asked(passage, problem_.marks.ending) || problem_.log_sound(passage.event, 0, 0.0) < 0.0)
+          continue;
+        add_leaf(i, {group[i].onset.after, 0.0, 0.0}, passage);
+        return true;
+      }
+    }
+    beam_.levels.clear();
+    return false;
   }
 
   // The last level again, for marks that have changed after it, and for this beam's width.
@@ -150,6 +156,27 @@ class Search {
   }
 
  private:
+  std::size_t starts_of_each() const {
+    return (room() * kStartsPerState + problem_.bodies.size() - 1) / problem_.bodies.size();
+  }
+  std::size_t starts() const { return starts_of_each() * problem_.bodies.size(); }
+
+  // The first contacts with these indices.
+  void begin(std::size_t from, std::size_t to, std::size_t at_once) {
+    const std::size_t each = starts_of_each();
+    const auto chunks =
+        chunks_of(from, to, at_once, [&](std::size_t i) { return static_cast<int>(i / each); });
+    Level& level = beam_.levels.emplace_back();
+    level.candidates =
+        collect(chunks, [&](const Chunk& chunk, Expander& expander, std::vector<Candidate>& out) {
+          std::vector<RandomStream> random;
+          for (std::size_t i = 0; i < chunk.size; ++i) random.push_back(stream(0, chunk.from + i));
+          begin_candidates(problem_, chunk.body, expander.passages(), random, out, progress_);
+          expander.look_ahead(out, 0);
+        });
+    level.batch_ends = {level.candidates.size()};
+  }
+
   // Changes the last impact of some candidates of the last level.
   void end(std::size_t from, std::size_t to, int rounds, const Tolerance& tolerance) {
     const std::vector<Candidate>& last = beam_.levels.back().candidates;
@@ -264,6 +291,12 @@ Beam search_beam(const Problem& problem, const BeamOptions& options, Progress* p
   }
   raise_to(static_cast<double>(n) / static_cast<double>(n + 1));
   if (beam.levels.size() == n) search.finish();
+  return beam;
+}
+
+Beam take_start(const Problem& problem, const BeamOptions& options, Progress* progress) {
+  Beam beam;
+  Search(problem, options, progress, beam).take_start();
   return beam;
 }
 

@@ -43,6 +43,10 @@ struct Beam {
 Beam search_beam(const Problem& problem, const BeamOptions& options, Progress* progress,
                  const Beam* kept = nullptr, std::size_t same = 0);
 
+// For a single mark without a span: the first contact that search_beam would choose, without the others, if one
+// ends as asked just so. Without levels where none does.
+Beam take_start(const Problem& problem, const BeamOptions& options, Progress* progress);
+
 Found trace(const Beam& beam, const Leaf& leaf);
 
 // The beam of one motion: that of `kept`'s best leaf for marks that were the same up to and with event `same`

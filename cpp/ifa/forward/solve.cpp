@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "ifa/base/counted.hpp"
 #include "ifa/base/message.hpp"
 #include "ifa/forward/kept.hpp"
 #include "ifa/forward/materials.hpp"
@@ -36,11 +37,16 @@ class Solver {
       : options_(options), progress_(progress) {
     kept_.physics.energy_gain_j = options.energy_gain_j;
     kept_.physics.hearing.events = options.events;
-    kept_.marks = marks;
-    kept_.fit_material = options.fit_material;
-    for (const Material& material : materials_to_try(body, marks, options.fit_material))
-      kept_.bodies.push_back(body.with_material(material));
-    if (options.reuse) check_reuse(*options.reuse, body, kept_.physics, options.fit_material);
+    kept_.plan = make_plan(body, marks,
+                           {options.events, options.fit_material, options.lead_in_s, false, options.forced});
+    const Plan& plan = kept_.plan;
+    plan.apply(kept_.physics.hearing);
+    kept_.physics.simulation.sustained_contact = plan.on(Effect::sustained_contact);
+    kept_.marks = plan.seen(marks);
+    const Body own = with_effects(body, plan.engine_effects());
+    for (const Material& material : materials_to_try(body, marks, plan.on(Effect::material_fit)))
+      kept_.bodies.push_back(own.with_material(material));
+    if (options.reuse) check_reuse(*options.reuse, own, kept_.physics, plan);
   }
 
   Solution solve() {
@@ -51,6 +57,11 @@ class Solver {
     if (takes_.empty())
       throw NoMotionError("no first contact was found from which a flight could reach " +
                           mark_name(0, kept_.marks.times_s[0]));
+    const EffectCounts runs = counted_since(counts_before_);
+    for (Solution& take : takes_) {
+      take.plan = kept_.plan;
+      take.effect_runs = runs;
+    }
     Solution best = std::move(takes_.front());
     best.others.assign(std::make_move_iterator(takes_.begin() + 1), std::make_move_iterator(takes_.end()));
     best.kept = std::make_shared<const KeptSearch>(std::move(kept_));
@@ -63,7 +74,7 @@ class Solver {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
   }
 
-  Problem problem() const { return {kept_.bodies, kept_.physics, kept_.marks}; }
+  Problem problem() const { return {kept_.bodies, kept_.physics, kept_.marks, kept_.plan}; }
 
   BeamOptions beam_options(int rung) const {
     return {kLadder[rung], options_.seed, options_.threads, options_.proposals};
@@ -126,10 +137,26 @@ class Solver {
     kept_.bodies = own;
   }
 
+  // A single contact needs no search.
+  bool asks_for_a_start() const {
+    const Marks& marks = kept_.marks;
+    return marks.size() == 1 && marks.durations_s[0] == 0.0 && marks.constraints.empty() &&
+           options_.takes == 1 && options_.events == Events::audible;
+  }
+
   void climb() {
     const int first = std::max(options_.rung, 0),
               last = options_.rung >= 0 ? options_.rung : rung_count() - 1;
     const double from = reached(), parts = last - first + 1;
+    if (asks_for_a_start()) {
+      Progress part(progress_, from, 1.0);
+      Beam beam = take_start(problem(), beam_options(first), &part);
+      if (!beam.leaves.empty()) {
+        auto takes = takes_of(beam);
+        offer(std::move(beam), std::move(takes), first);
+        if (takes_.front().satisfies()) return;
+      }
+    }
     double rung_s = 0.0;
     for (int rung = first; rung <= last; ++rung) {
       // A rung costs about as much more than the last one as it is larger, had that reached the end.
@@ -174,6 +201,7 @@ class Solver {
 
   const SolveOptions& options_;
   Progress* progress_;
+  const EffectCounts counts_before_ = effect_counts;
   KeptSearch kept_{};
   std::vector<Solution> takes_;
   std::vector<Stage> history_;

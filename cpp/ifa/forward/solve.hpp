@@ -25,6 +25,7 @@ struct SolveOptions {
   // An earlier solve of this body with these options: what its marks and these have in common is gone on
   // from.
   std::shared_ptr<const KeptSearch> reuse;
+  ForcedEffects forced = {};  // on or off, whatever the scene calls for
   Proposals proposals;
 };
 

@@ -43,7 +43,7 @@ bool Connector::penetrates(const State& start, double duration_s, const Vec3& gr
   State from = start;
   from.position.z() += tolerance_m;
   for (double left = duration_s;;) {
-    one::FlightPath path(view_, one::pack(gravity), one::pack(from));
+    one::FlightPath path(view_, one::pack(gravity), one::pack(from), true);
     const auto contact = path.next_contact(left, true);
     if (contact.landed) return true;
     if (contact.time_s > left) return false;

@@ -59,7 +59,7 @@ Shooting shoot(const lanes::BodyView& body, const Quat& target, const Vec3& gues
                double tolerance_rad) {
   Shooting shooting;
   shooting.spin_rad = guess;
-  if (body.isotropic) {
+  if (!body.couples_spin) {
     shooting.outcome = Shot::converged;
     shooting.spin_rad = constant_spin(target, guess);
     return shooting;

@@ -28,6 +28,7 @@ struct GraphOptions {
   double energy_gain_j = 0.0;   // that a change may add to one impact
   double lead_in_s = 0.5;       // of flight before the first mark, at most
   GraphSearch search = GraphSearch::layered;
+  ForcedEffects forced = {};  // on or off, whatever the scene calls for: effects of the marks, not the body
   GraphSizes sizes;
 };
 

@@ -21,9 +21,9 @@ from ifa.solving import solve
 from ifa.tradeoff.curve import Outcome, Scene, Setting, Study
 from ifa.tradeoff.search_knobs import ERROR_NAME, attempt
 
-_SIZES = (300, 1000, 3000, 10_000, 30_000)
+_SIZES = (300, 1000, 3000, 10_000)
 _QUICK_SIZES = (200, 700, 2000)
-_FIXED_SIZE, _QUICK_FIXED_SIZE = 10_000, 1000  # of the database that the other knobs search
+_FIXED_SIZE, _QUICK_FIXED_SIZE = 3000, 1000  # of the database that the other knobs search
 
 _NEIGHBOURS = (1, 2, 4, 8, 16, 32)
 _QUICK_NEIGHBOURS = (1, 4, 32)
@@ -71,7 +71,8 @@ class _Databases:
                 simulations,
                 (self._scene.seed + repeat) % 2**64,
                 threads=self._scene.threads,
-            ).prepare(self._scene.threads)
+                progress=self._scene.progress,
+            ).prepare(self._scene.threads, self._scene.progress)
             self._made[key] = database, time.perf_counter() - began_s
         return self._made[key][0]
 
@@ -88,6 +89,7 @@ class _Databases:
             method="graph",
             database=self.get(simulations, repeat),
             threads=self._scene.threads,
+            progress=self._scene.progress,
             **options,
         )
 

@@ -152,6 +152,7 @@ def _solve(
         scene.marks,
         seed=(scene.seed + repeat) % 2**64,
         threads=scene.threads,
+        progress=scene.progress,
         rung=rung,
         expert=expert,
     )
