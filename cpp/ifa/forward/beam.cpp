@@ -50,23 +50,26 @@ class Search {
   // First contacts, the bodies in turn.
   void begin() { begin(0, starts(), kStartChunk); }
 
-  // Of a single mark: a few first contacts after the other, until one ends as asked with nothing to better.
-  // It is the one that would be chosen of all.
-  bool take_start() {
+  // Of a single mark: a few first contacts after the other, until some end as asked. The best of these is a
+  // leaf.
+  void take_start() {
     for (std::size_t from = 0; from < starts(); from += kStartGroup) {
       beam_.levels.clear();
       begin(from, std::min(starts(), from + kStartGroup), kStartGroup / 2);
       const std::vector<Candidate>& group = beam_.levels.front().candidates;
+      double best = kLeastLogFactors;
       for (std::size_t i = 0; i < group.size(); ++i) {
         const Passage& passage = *group[i].unchanged;
-        if (!ends_as_asked(passage, problem_.marks.ending) || problem_.log_sound(passage.event, 0, 0.0) < 0.0)
-          continue;
+        const double log_sound = problem_.log_sound(passage.event, 0, 0.0);
+        if (!ends_as_asked(passage, problem_.marks.ending) || log_sound < best) continue;
+        if (!beam_.leaves.empty() && log_sound == best) continue;
+        best = log_sound;
+        beam_.leaves.clear();
         add_leaf(i, {group[i].onset.after, 0.0, 0.0}, passage);
-        return true;
       }
+      if (!beam_.leaves.empty()) return;
     }
     beam_.levels.clear();
-    return false;
   }
 
   // The last level again, for marks that have changed after it, and for this beam's width.

@@ -43,8 +43,8 @@ struct Beam {
 Beam search_beam(const Problem& problem, const BeamOptions& options, Progress* progress,
                  const Beam* kept = nullptr, std::size_t same = 0);
 
-// For a single mark without a span: the first contact that search_beam would choose, without the others, if one
-// ends as asked just so. Without levels where none does.
+// For a single mark without a span: a first contact after which the motion ends as asked just so, of as few as
+// had to be tried. Without levels where there is none.
 Beam take_start(const Problem& problem, const BeamOptions& options, Progress* progress);
 
 Found trace(const Beam& beam, const Leaf& leaf);

@@ -69,10 +69,10 @@ void fly(const lanes::BodyView& body, const Vec3 (&spins)[kCount], Turn (&turns)
     pair::RotationSeries series;
     pair::Quaternion rotation{one, zero, zero, zero};
     for (pair::Pack start = zero; pair::any(start < one);) {
-      series.expand(body, start, rotation, spin, true);
+      const pair::Mask open = start < one;
+      series.expand(body, start, rotation, spin, open);
       const pair::Pack end = pair::least(start + series.length_s, one);
       const auto values = series.at(end);
-      const pair::Mask open = start < one;
       rotation = pair::select(open, series.orientation(values), rotation);
       spin = pair::select(open, series.spin(values), spin);
       start = pair::select(open, end, start);
