@@ -18,6 +18,8 @@ import numpy as np
 
 BUNDLED = Path(__file__).with_name("wheels_unpacked")  # of the zip for Blender before 4.2
 
+EXPLAIN_BUDGET_S = 10.0  # for repairs, where no time is given
+
 _added_paths: list[str] = []
 
 
@@ -76,7 +78,8 @@ class Inputs:
     ending: str
     material: str
     seed: int
-    time_budget_s: float
+    time_budget_s: float | None  # None: that of the accuracy
+    accuracy: str = "good"
     takes: int = 1
     energy_gain_j: float = 0.0
     sound_path: str = ""
@@ -137,6 +140,7 @@ def solve(ifa: ModuleType, inputs: Inputs, progress: object, reuse: Any = None) 
         seed=inputs.seed,
         time_budget_s=inputs.time_budget_s,
         material=inputs.material,
+        accuracy=inputs.accuracy,
         energy_gain_j=inputs.energy_gain_j,
         takes=inputs.takes,
         progress=progress,
@@ -150,6 +154,21 @@ def solve(ifa: ModuleType, inputs: Inputs, progress: object, reuse: Any = None) 
     )
 
 
+def predict(ifa: ModuleType, inputs: Inputs, progress: object) -> dict[str, Any]:
+    """An ifa.Prediction for each of the three accuracies, from a calibration of a second at most."""
+    body, marks = problem(ifa, inputs)
+    options = {} if inputs.time_budget_s is None else {"time_budget_s": inputs.time_budget_s}
+    return ifa.predict_all(
+        body,
+        marks,
+        material=inputs.material,
+        energy_gain_j=inputs.energy_gain_j,
+        seed=inputs.seed,
+        progress=progress,
+        **options,
+    )
+
+
 def explain(ifa: ModuleType, inputs: Inputs, progress: object) -> Any:
     """The ifa.Explanation of why these marks are not met, and the repairs that work."""
     body, marks = problem(ifa, inputs)
@@ -159,7 +178,7 @@ def explain(ifa: ModuleType, inputs: Inputs, progress: object) -> Any:
         material=inputs.material,
         energy_gain_j=inputs.energy_gain_j,
         seed=inputs.seed,
-        time_budget_s=inputs.time_budget_s,
+        time_budget_s=inputs.time_budget_s or EXPLAIN_BUDGET_S,
         progress=progress,
     )
 

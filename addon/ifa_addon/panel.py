@@ -7,7 +7,7 @@ import textwrap
 
 import bpy
 
-from . import compat, core, job, presets, properties, scene
+from . import compat, core, job, presets, properties, results, scene
 
 
 def paragraph(layout, context, text: str, icon: str = "NONE") -> None:
@@ -63,12 +63,27 @@ class Main:
             compat.draw_progress(row, running.fraction, f"Solving {running.label}")
             row.operator("ifa.cancel", text="", icon="X")
             return
+        self._draw_quality(context)
         others = len(scene.bodies(context, "SELECTED")) - 1
         row = layout.row(align=True)
         row.scale_y = 1.4
         text = "Solve" if others < 1 else f"Solve {others + 1} Bodies"
         row.operator("ifa.solve", text=text, icon="PLAY")
         row.prop(context.scene.ifa, "live", text="", icon="AUTO", toggle=True)
+
+    def _draw_quality(self, context) -> None:
+        """The three stops, each with its seconds and its error before solving."""
+        own = context.object.ifa
+        column = self.layout.column(align=True)
+        row = column.row(align=True)
+        row.prop(own, "accuracy", expand=True)
+        predicted = _predictions(context, context.object)
+        if not predicted:
+            column.operator("ifa.predict", text="Predict Seconds and Error", icon="TIME")
+            return
+        row = column.row(align=True)
+        for name in ("draft", "good", "best"):
+            row.label(text=f"{predicted[name].time_s:.2g} s, {predicted[name].error:.2g}")
 
     def _draw_result(self, context, own) -> None:
         box = self.layout.box()
@@ -80,8 +95,8 @@ class Main:
             word = "plausible" if own.plausible else "not plausible"
             box.label(text=f"Succeeded, {word}", icon="CHECKMARK" if own.plausible else "INFO")
         column = box.column(align=True)
-        column.label(text=f"Score {own.score:.2f}")
-        column.label(text=f"Worst error {own.worst_error_ms:.2f} ms")
+        column.label(text=f"Score {own.score:.2f} (error {own.error:.2g})")
+        column.label(text=f"Worst mark {own.worst_error_ms:.2f} ms off")
         column.label(text=f"Solved in {own.solve_s:.2f} s")
         if own.takes_found > 1:
             row = box.row(align=True)
@@ -102,6 +117,16 @@ class Main:
             icon = "CHECKMARK" if repair.plausible else "DOT"
             text = _shortened(repair.name, context)
             column.operator("ifa.repair", text=text, icon=icon).index = index
+
+
+def _predictions(context, obj) -> dict:
+    try:
+        time = scene.timing(context.scene)
+        found = scene.marks(context.scene, obj.ifa.marker_filter, time)
+    except scene.SceneError:
+        return {}
+    times_s = tuple(mark.time_s for mark in found)
+    return results.predictions_for(obj.name, times_s, obj.ifa.material.lower())
 
 
 def _shortened(text: str, context) -> str:
@@ -207,7 +232,29 @@ class _Child:
 
 
 _SPACES = {"": "VIEW_3D", "_dopesheet": "DOPESHEET_EDITOR", "_sequencer": "SEQUENCE_EDITOR"}
-_PARTS = {"main": Main, "marks": Marks, "body": Body, "options": Options, "keys": Keys}
+
+
+class Effects:
+    bl_label = "Effects"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        own = context.object.ifa
+        if not own.effects:
+            self.layout.label(text="Solve to see which effects it called for", icon="INFO")
+            return
+        for part in own.effects.split("; ", 1):
+            paragraph(self.layout, context, part[:1].upper() + part[1:])
+
+
+_PARTS = {
+    "main": Main,
+    "marks": Marks,
+    "body": Body,
+    "options": Options,
+    "keys": Keys,
+    "effects": Effects,
+}
 
 
 def _panels() -> tuple[type, ...]:

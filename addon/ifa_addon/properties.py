@@ -42,6 +42,14 @@ def _leave_preset(self, context) -> None:
             self.surface = "CUSTOM"
 
 
+# Keys of each quality, mm and degrees: those of ifa.ACCURACIES.
+KEY_TOLERANCES = {"DRAFT": (0.2, 0.1), "GOOD": (0.05, 0.02), "BEST": (0.01, 0.005)}
+
+
+def _apply_accuracy(self, context) -> None:
+    self.position_tolerance_mm, self.rotation_tolerance_deg = KEY_TOLERANCES[self.accuracy]
+
+
 def _switch_live(self, context) -> None:
     live.switch(self.live)
 
@@ -143,12 +151,28 @@ class IFA_PG_object(bpy.types.PropertyGroup):
             ("OPEN", "Open", "Nothing is asked after the last mark"),
         ],
     )
+    accuracy: EnumProperty(
+        name="Quality",
+        description="How hard the search tries, and how closely keys follow the motion",
+        items=[
+            (
+                "DRAFT",
+                "Draft",
+                "The first motion that meets the marks; few keys (0.2 mm, 0.1 degree)",
+            ),
+            ("GOOD", "Good", "The first motion that a viewer would believe (0.05 mm, 0.02 degree)"),
+            ("BEST", "Best", "Larger searches go on for a better motion (0.01 mm, 0.005 degree)"),
+        ],
+        default="GOOD",
+        update=_apply_accuracy,
+    )
     seed: IntProperty(name="Seed", description="Another seed gives another take", min=0)
     time_budget_s: FloatProperty(
         name="Seconds",
-        description="No larger search is begun once this many seconds are spent",
-        default=10.0,
-        min=0.1,
+        description="No larger search is begun once this many seconds are spent; 0: as the quality "
+        "has it",
+        default=0.0,
+        min=0.0,
         soft_max=120.0,
     )
     takes: IntProperty(
@@ -228,6 +252,8 @@ class IFA_PG_object(bpy.types.PropertyGroup):
     score: FloatProperty(options={"HIDDEN"})
     worst_error_ms: FloatProperty(options={"HIDDEN"})
     solve_s: FloatProperty(options={"HIDDEN"})
+    error: FloatProperty(options={"HIDDEN"})  # 1 - Score
+    effects: StringProperty(options={"HIDDEN"})
     take: IntProperty(options={"HIDDEN"})
     takes_found: IntProperty(options={"HIDDEN"})
     mark_reports: CollectionProperty(type=IFA_PG_mark, options={"HIDDEN"})

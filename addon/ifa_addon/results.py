@@ -42,6 +42,7 @@ class MarkReport:
 
 
 _kept: dict[str, Kept] = {}
+_predicted: dict[str, tuple[core.Inputs, dict[str, Any]]] = {}
 
 
 def keep(name: str, kept: Kept) -> None:
@@ -53,12 +54,27 @@ def of(name: str) -> Kept | None:
     return _kept.get(name)
 
 
+def keep_predictions(name: str, inputs: core.Inputs, predictions: dict[str, Any]) -> None:
+    _predicted[name] = (inputs, predictions)
+
+
+def predictions_for(name: str, times_s: tuple[float, ...], material: str) -> dict[str, Any]:
+    """Those made for these marks and this treatment of the material; else none.
+
+    Shapes are not compared: a panel that draws has no time for that.
+    """
+    inputs, predictions = _predicted.get(name, (None, {}))
+    fresh = inputs is not None and (inputs.mark_times_s, inputs.material) == (times_s, material)
+    return predictions if fresh else {}
+
+
 def forget(name: str = "") -> None:
-    """Forget one object's solve, or all."""
-    if name:
-        _kept.pop(name, None)
-    else:
-        _kept.clear()
+    """Forget one object's solve and predictions, or all."""
+    for kept in (_kept, _predicted):
+        if name:
+            kept.pop(name, None)
+        else:
+            kept.clear()
 
 
 def mark_reports(solution: Any, names: tuple[str, ...]) -> list[MarkReport]:

@@ -203,6 +203,20 @@ class IFA_OT_solve(JobOperator, bpy.types.Operator):
         self.report({"INFO"} if own.succeeded else {"WARNING"}, named)
 
 
+class IFA_OT_predict(JobOperator, bpy.types.Operator):
+    bl_idname = "ifa.predict"
+    bl_label = "Predict"
+    bl_description = "Say how long each quality would take and how good its motion would be"
+
+    call = staticmethod(work.predict)
+
+    def bodies(self, context):
+        return scene.bodies(context, "ACTIVE")
+
+    def take_in(self, context, obj, task, predictions) -> None:
+        results.keep_predictions(obj.name, task.inputs, predictions)
+
+
 class IFA_OT_cancel(bpy.types.Operator):
     bl_idname = "ifa.cancel"
     bl_label = "Cancel"
@@ -275,4 +289,4 @@ class IFA_OT_clear(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (IFA_OT_solve, IFA_OT_cancel, IFA_OT_take, IFA_OT_clear)
+CLASSES = (IFA_OT_solve, IFA_OT_predict, IFA_OT_cancel, IFA_OT_take, IFA_OT_clear)

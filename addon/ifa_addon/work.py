@@ -67,3 +67,7 @@ def solve(ifa: ModuleType, task: Task, progress: Any) -> core.Outcome:
 
 def explain(ifa: ModuleType, task: Task, progress: Any) -> Any:
     return core.explain(ifa, task.inputs, progress)
+
+
+def predict(ifa: ModuleType, task: Task, progress: Any) -> dict[str, Any]:
+    return core.predict(ifa, task.inputs, progress)

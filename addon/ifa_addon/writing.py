@@ -22,7 +22,8 @@ def write(context, obj, kept: results.Kept) -> tuple[str, ...]:
     own.score = float(solution.score)
     own.worst_error_ms = 1e3 * float(solution.max_abs_error_s)
     own.take, own.takes_found = kept.take + 1, len(outcome.solution.takes)
-    own.solve_s = float(solution.solve_s)
+    own.solve_s, own.error = float(solution.solve_s), float(solution.error)
+    own.effects = solution.effects.line()
     own.result = core.describe(solution, outcome.mark_names)
     own.mark_reports.clear()
     for report in results.mark_reports(solution, outcome.mark_names):
