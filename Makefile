@@ -32,6 +32,11 @@ build: deps  ## build .venv/bin/ifa, the Python package and the C++ tests
 demo: build  ## make a recording, solve it, write the motion and pictures to build/demo
 	@$(PY) examples/first_light.py build/demo
 
+video: demo  ## render the demo's roll with its sound to build/demo/roll.mp4
+	@scripts/install.sh blender
+	@PATH=/usr/bin:$$PATH IFA_PYTHONPATH=$(CURDIR)/python blender -b build/demo/first_light.blend \
+	  --python examples/render_video.py -- build/demo/roll.mp4 | grep -v '^Fra:\|^ Time:\|^Append\|^$$'
+
 # All parts run even if one fails, so that one run shows everything that is wrong.
 test:  ## run all tests, the fast ones first
 	@scripts/install.sh build blender

@@ -12,7 +12,7 @@ cd "$(dirname "$0")/.."
 
 build_packages=(g++ cmake ninja-build libode-dev libeigen3-dev libnanoflann-dev libsndfile1-dev
                 libqhull-dev libgtest-dev)
-blender_packages=(blender python3-numpy xvfb xauth)
+blender_packages=(blender python3-numpy xvfb xauth ffmpeg)  # ffmpeg reads rendered videos again
 bpy_packages=(libgl1 libsm6 libice6 libx11-6 libxext6 libxfixes3 libxi6 libxkbcommon0 libxrender1)
 bench_packages=(libbullet-dev pkg-config)
 build_requirements=("scikit-build-core>=0.11" "pybind11>=2.13")  # of pyproject.toml

@@ -155,7 +155,7 @@ def solve(ifa: ModuleType, inputs: Inputs, progress: object, reuse: Any = None) 
 
 
 def predict(ifa: ModuleType, inputs: Inputs, progress: object) -> dict[str, Any]:
-    """An ifa.Prediction for each of the three accuracies, from a calibration of a second at most."""
+    """An ifa.Prediction for each accuracy, from one calibration of a second at most."""
     body, marks = problem(ifa, inputs)
     options = {} if inputs.time_budget_s is None else {"time_budget_s": inputs.time_budget_s}
     return ifa.predict_all(
