@@ -17,7 +17,28 @@ py::dict from_factors(const Factors& f) {
   return d;
 }
 
+// One dict for each effect, in their order.
+py::list from_plan(const Plan& plan) {
+  py::list effects;
+  for (std::size_t e = 0; e < kEffects; ++e) {
+    const PlannedEffect& planned = plan[static_cast<Effect>(e)];
+    py::dict d;
+    d["name"] = std::string(kEffectNames[e]);
+    d["on"] = planned.on;
+    d["forced"] = planned.forced;
+    d["because"] = planned.because;
+    effects.append(d);
+  }
+  return effects;
+}
+
 }  // namespace
+
+ForcedEffects to_forced(const std::map<std::string, bool>& forced) {
+  ForcedEffects effects;
+  for (const auto& [name, on] : forced) effects[index_of(effect_named(name))] = on;
+  return effects;
+}
 
 py::dict from_solution(const Solution& s) {
   py::list events;
@@ -51,16 +72,43 @@ py::dict from_solution(const Solution& s) {
   d["restitution"] = s.restitution;
   d["friction"] = s.friction;
   d["rung"] = s.rung;
+  py::list history;
+  for (const Stage& stage : s.history) {
+    py::dict h;
+    h["time_s"] = stage.time_s;
+    h["rung"] = stage.rung;
+    h["score"] = stage.score;
+    h["succeeded"] = stage.succeeded;
+    h["plausible"] = stage.plausible;
+    history.append(h);
+  }
+  d["history"] = history;
   py::list others;
   for (const Solution& other : s.others) others.append(from_solution(other));
   d["others"] = others;
   d["search_log_weight"] = s.search_log_weight;
   d["search_log_bound"] = s.search_log_bound;
+  const py::list effects = from_plan(s.plan);
+  for (std::size_t e = 0; e < kEffects; ++e) effects[e]["runs"] = s.effect_runs.runs[e];
+  d["effects"] = effects;
   d["kept"] = std::const_pointer_cast<KeptSearch>(s.kept);
   return d;
 }
 
 void bind_solution(py::module_& m) {
+  py::list names;
+  for (const std::string_view name : kEffectNames) names.append(std::string(name));
+  m.attr("EFFECTS") = names;
+  m.def(
+      "plan",
+      [](const Body& body, const Marks& marks, bool contact, bool fit_material, double lead_in_s,
+         bool method_graph, const std::map<std::string, bool>& forced) {
+        return from_plan(make_plan(body, marks,
+                                   {contact ? Events::contact : Events::audible, fit_material, lead_in_s,
+                                    method_graph, to_forced(forced)}));
+      },
+      py::arg("body"), py::arg("marks"), py::kw_only(), py::arg("contact"), py::arg("fit_material"),
+      py::arg("lead_in_s"), py::arg("method_graph"), py::arg("forced"));
   auto& no_motion = py::register_exception<NoMotionError>(m, "NoMotionError", m.attr("IfaError"));
   no_motion.doc() = "There is no motion to show: no first contact was found for this body and these marks.";
 }

@@ -31,6 +31,16 @@ inline constexpr std::array<std::string_view, 14> kEffectNames = {
     "retiming",        "material_fit"};
 inline constexpr std::size_t kEffects = kEffectNames.size();
 
+// Bit i is set where the build has effect i. Some are left out in tests, to compare with: what a scene does
+// not call for must cost it no bit of its results. Of the engine's: spin_coupling, sustained_contact,
+// circular_edges.
+#ifndef IFA_EFFECTS_COMPILED
+#define IFA_EFFECTS_COMPILED 0xffff
+#endif
+consteval bool compiled(Effect effect) {
+  return (IFA_EFFECTS_COMPILED >> static_cast<unsigned>(effect) & 1u) != 0;
+}
+
 // How often the code of each effect has run: counted where that code is, not where it is decided on.
 struct EffectCounts {
   std::uint64_t runs[kEffects];

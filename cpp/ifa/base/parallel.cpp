@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "ifa/base/counted.hpp"
+
 namespace ifa {
 
 int thread_count(int requested) {
@@ -21,6 +23,7 @@ void parallel_for(std::size_t n, int threads, const std::function<void(std::size
   std::mutex mutex;
   std::exception_ptr error;
   std::size_t error_index = n;
+  EffectCounts others_counts{};
 
   const auto work = [&] {
     while (!stop.load(std::memory_order_relaxed)) {
@@ -42,9 +45,15 @@ void parallel_for(std::size_t n, int threads, const std::function<void(std::size
 
   const std::size_t workers = std::min(n, static_cast<std::size_t>(thread_count(threads)));
   std::vector<std::jthread> others;
-  for (std::size_t t = 1; t < workers; ++t) others.emplace_back(work);
+  for (std::size_t t = 1; t < workers; ++t)
+    others.emplace_back([&] {
+      work();
+      const std::lock_guard lock(mutex);
+      add_counts(others_counts, effect_counts);  // all of this new thread's
+    });
   work();
   others.clear();  // joins
+  add_counts(effect_counts, others_counts);
   if (error) std::rethrow_exception(error);
 }
 

@@ -1,5 +1,5 @@
 // Parallel loops. Each index writes only its own results, so the outcome does not depend on the
-// number of threads.
+// number of threads. What effects the threads count is counted for the caller's.
 #pragma once
 
 #include <cstddef>

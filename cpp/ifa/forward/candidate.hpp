@@ -9,6 +9,7 @@
 #include "ifa/signature/marks.hpp"
 #include "ifa/signature/placement.hpp"
 #include "ifa/solution/found.hpp"
+#include "ifa/solution/plan.hpp"
 #include "ifa/solution/standard.hpp"
 
 namespace ifa {
@@ -24,6 +25,7 @@ struct Problem {
   const std::vector<Body>& bodies;
   const SearchPhysics& physics;
   const Marks& marks;
+  Plan plan = make_plan(bodies.front(), marks, {physics.hearing.events});
 
   // How fast a body can travel after event k and still come to rest at the last mark's end, about: what
   // friction takes in the contacts that are marked. Infinite where contact may go on in silence.
@@ -31,7 +33,18 @@ struct Problem {
 
   // Of the event that a candidate at mark k leaves: log f_a f_l f_c.
   double log_sound(const Event& event, std::size_t k, double first_amplitude) const {
-    return log_product(sound_factors(event, marks, k, k == 0 ? event.amplitude : first_amplitude));
+    return log_product(
+        sound_factors(event, marks, k, k == 0 ? event.amplitude : first_amplitude, plan.sound_terms()));
+  }
+
+  // Whether event k is to last as long as its mark.
+  bool fits_length(std::size_t k) const {
+    return marks.durations_s[k] > 0.0 && plan.on(Effect::length_matching);
+  }
+
+  // Whether a passage that leaves event k is watched for how the motion ends.
+  bool settles_after(std::size_t k) const {
+    return k + 1 == marks.size() && plan.on(Effect::settling_to_rest);
   }
 
   double target_s(std::size_t k) const { return marks.times_s[k + 1] - marks.times_s[k]; }
@@ -44,6 +57,7 @@ struct Candidate {
   Leave from;                    // the parent's event
   double log_weight = 0.0;       // all factors of the events before, and of the transitions
   double first_amplitude = 0.0;  // of the first event
+  double drift_s = 0.0;          // how late it is at its mark, where nothing is retimed
   int violations = 0;            // marks that were met, but not plausibly or with too low a Score
   int stretched = 0;    // marks that were met by retiming more than kUnnoticed; 0 where constraints weigh too
   Alignment alignment;  // of what the constraints have asked so far

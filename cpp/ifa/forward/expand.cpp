@@ -87,9 +87,10 @@ void Expander::expand(std::span<const Candidate> parents, std::size_t first, std
   const auto varied = vary(trials_, parents, k, options.tolerance, anchors, options.variants, random);
   for (const Anchor& a : varied) add(a.trial);
   anchors.insert(anchors.end(), varied.begin(), varied.end());
-  if (trials_.problem().marks.durations_s[k] > 0.0)
+  if (trials_.problem().fits_length(k))
     for (const Anchor& a : fit_length(trials_, parents, k, options.tolerance, anchors, random)) add(a.trial);
-  for (const Anchor& a : steer(trials_, parents, k, options.tolerance, anchors, trials)) add(a.trial);
+  if (trials_.problem().plan.constrains())
+    for (const Anchor& a : steer(trials_, parents, k, options.tolerance, anchors, trials)) add(a.trial);
   look_ahead(std::span(children).subspan(begin), k + 1);
 }
 
@@ -120,9 +121,12 @@ void Expander::add_child(const Candidate& parent, std::size_t index, std::size_t
   const double interval = passage.interval_s, target = problem.target_s(k);
   const double ratio = ratio_of(interval, target);
   if (ratio > 1.0 + tolerance.retime) return;
+  const bool retimes = problem.plan.on(Effect::retiming);
+  const double drift_s = retimes ? 0.0 : parent.drift_s + interval - target;
+  if (std::abs(drift_s) > kMostError_s) return;
   // Retiming must not carry a hit out of the span that excuses it, nor part hits that the merge gap holds
   // together.
-  const double stretch = target / interval;
+  const double stretch = retimes ? target / interval : 1.0;
   if (passage.event.loose_s * stretch > marks.durations_s[k]) return;
   if (passage.event.gap_s * stretch >= problem.physics.hearing.merge_gap_s) return;
   Candidate child;
@@ -131,6 +135,7 @@ void Expander::add_child(const Candidate& parent, std::size_t index, std::size_t
   child.start = k == 0 ? child.parent : parent.start;
   child.body = trials_.body_index();
   child.from = {trial.after, trial.excess, interval};
+  child.drift_s = drift_s;
   child.first_amplitude = k == 0 ? passage.event.amplitude : parent.first_amplitude;
   const double log_factors = trial.log_factors(problem, k, parent.first_amplitude);
   child.log_weight = parent.log_weight + log_factors;
@@ -175,6 +180,7 @@ double Expander::miss(const Passage& passage, std::size_t k) const {
 
 double Expander::toll(const Candidate& candidate, const Passage& passage, std::size_t k) const {
   const Problem& problem = trials_.problem();
+  problem.plan.count_constraints();
   const double at_rest = toll_at_rest(problem, candidate, passage);
   if (k + 1 == problem.marks.size() || !passage.hits()) return at_rest;
   const Aim aim(problem.marks, trials_.body(), k + 1);
@@ -216,7 +222,7 @@ void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
     const double too_fast =
         std::max(0.0, travel / trials_.problem().travel_budget_m_s(trials_.body_index(), k) - 1.0) / kTooFast;
     c.outlook -= 0.5 * too_fast * too_fast;
-    if (!marks.constraints.empty()) {
+    if (trials_.problem().plan.constrains()) {
       c.toll = toll(c, passages[i], k);
       c.outlook -= c.toll;
     }
@@ -228,7 +234,7 @@ void Expander::look_ahead(std::span<Candidate> candidates, std::size_t k) {
     const double miss2 = std::clamp(miss(passages[j], k + 1), -3.0, 3.0);
     Candidate& c = candidates[of[j]];
     c.outlook -= kSecondWeight * 0.5 * miss2 * miss2;
-    if (marks.constraints.empty()) continue;
+    if (!trials_.problem().plan.constrains()) continue;
     constexpr double kMostToll = 12.0;  // changes will come between
     Candidate next = c;
     next.onset = onsets[j];
@@ -301,7 +307,7 @@ std::vector<Trial> Expander::finish(std::span<const Candidate> candidates, int r
       if (t.meets) ended.push_back(t);
     }
   }
-  if (problem.marks.durations_s[k] > 0.0) {
+  if (problem.fits_length(k)) {
     std::vector<char> used(ended.size(), 0);
     auto closings = enclose(problem, ended, candidates, k, kLengthClosings, used);
     close_in(trials_, candidates, k, largest_excess, closings);

@@ -53,14 +53,15 @@ std::size_t marks_in_common(const Marks& a, const Marks& b) {
   return k;
 }
 
-void check_reuse(const KeptSearch& kept, const Body& body, const SearchPhysics& physics, bool fit_material) {
+void check_reuse(const KeptSearch& kept, const Body& body, const SearchPhysics& physics, const Plan& plan) {
   if (!same_body(kept.bodies.front(), body)) throw ArgumentError("reuse: it is of another body or material");
   if (kept.physics.hearing.events != physics.hearing.events)
     throw ArgumentError("reuse: its events are of the other kind");
   if (kept.physics.energy_gain_j != physics.energy_gain_j)
     throw ArgumentError("reuse: its energy_gain_j was another one");
-  if (kept.fit_material != fit_material)
+  if (kept.plan.on(Effect::material_fit) != plan.on(Effect::material_fit))
     throw ArgumentError("reuse: its material was chosen in the other way");
+  if (!kept.plan.same_forced(plan)) throw ArgumentError("reuse: other effects were forced on or off");
 }
 
 }  // namespace ifa

@@ -9,8 +9,8 @@ namespace ifa {
 struct KeptSearch {
   std::vector<Body> bodies;  // the given one first
   SearchPhysics physics;
-  Marks marks;
-  bool fit_material;
+  Marks marks;  // as the plan has them
+  Plan plan;
   int rung;
   Beam beam;
 };
@@ -19,6 +19,6 @@ struct KeptSearch {
 std::size_t marks_in_common(const Marks& a, const Marks& b);
 
 // Throws ArgumentError unless `kept` is of this body and these options.
-void check_reuse(const KeptSearch& kept, const Body& body, const SearchPhysics& physics, bool fit_material);
+void check_reuse(const KeptSearch& kept, const Body& body, const SearchPhysics& physics, const Plan& plan);
 
 }  // namespace ifa

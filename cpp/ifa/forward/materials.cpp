@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ifa/base/counted.hpp"
+
 #include "ifa/forward/estimate.hpp"
 
 namespace ifa {
@@ -19,10 +21,12 @@ bool alike(const Material& a, const Material& b) {
 std::vector<Material> materials_to_try(const Body& body, const Marks& marks, bool fit) {
   std::vector<Material> materials{body.material()};
   if (!fit) return materials;
+  count_run(Effect::material_fit);
   const auto add = [&](double restitution, double friction) {
     Material material = body.material();
     material.restitution = restitution;
     material.friction = friction;
+    count_run(Effect::material_fit);
     if (std::ranges::none_of(materials, [&](const Material& m) { return alike(m, material); }))
       materials.push_back(material);
   };

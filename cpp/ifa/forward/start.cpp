@@ -26,11 +26,16 @@ StartOptions start_options(const Body& body, const Marks& marks, double gravity_
 
 namespace {
 
+bool flies_before(const Body& body, const SearchPhysics& physics, const StartOptions& options,
+                  const State& s) {
+  return options.clear_s == 0.0 ||
+         clear_before(body, s, physics.simulation.gravity_m_s2, options.clear_s) >= options.clear_s;
+}
+
 bool usable(const Body& body, const SearchPhysics& physics, const StartOptions& options, const State& s) {
   EventSimulation at(body, physics.simulation);
   at.start(s, 0.0);
-  return at.approach_speed() >= physics.least_onset_speed_m_s() &&
-         clear_before(body, s, physics.simulation.gravity_m_s2, options.clear_s) >= options.clear_s;
+  return at.approach_speed() >= physics.least_onset_speed_m_s() && flies_before(body, physics, options, s);
 }
 
 // Turns a touching body, so that it faces as it shall and touches again.
@@ -228,8 +233,8 @@ void begin_candidates(const Problem& problem, int body_index, Passages& passages
                       std::span<RandomStream> random, std::vector<Candidate>& out, const Progress* progress) {
   const Body& body = problem.bodies[static_cast<std::size_t>(body_index)];
   const Marks& marks = problem.marks;
-  const Vec3& gravity = problem.physics.simulation.gravity_m_s2;
-  const StartOptions start = start_options(body, marks, gravity.norm());
+  StartOptions start = start_options(body, marks, problem.physics.simulation.gravity_m_s2.norm());
+  if (!problem.plan.on(Effect::pre_roll_flight)) start.clear_s = 0.0;
   const bool single = marks.size() == 1;
   std::vector<Throw> throws;
   for (RandomStream& r : random) {
@@ -243,7 +248,7 @@ void begin_candidates(const Problem& problem, int body_index, Passages& passages
   bool any = single;
   if (!single) {
     choose_speeds(problem, passages, start, throws, progress);
-    steer_throws(problem, body, passages, start, throws, progress);
+    if (problem.plan.constrains()) steer_throws(problem, body, passages, start, throws, progress);
     for (const Throw& t : throws) any |= best_speed(t) > 0.0;
   }
   for (const Throw& t : throws) {
@@ -254,7 +259,7 @@ void begin_candidates(const Problem& problem, int body_index, Passages& passages
       s.velocity = t.velocity(speed);
       constexpr double kTooFast = 2.0;  // the first impact takes some
       if (s.velocity.head<2>().norm() > kTooFast * problem.travel_budget_m_s(body_index, 0)) continue;
-      if (clear_before(body, s, gravity, start.clear_s) < start.clear_s) continue;
+      if (!flies_before(body, problem.physics, start, s)) continue;
     }
     states.push_back(s);
   }

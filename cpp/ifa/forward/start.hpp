@@ -13,7 +13,7 @@ namespace ifa {
 struct StartOptions {
   double least_speed_m_s;  // speed: uniform between these
   double most_speed_m_s;
-  double clear_s;                                    // the flight before must last this long
+  double clear_s;                                    // the flight before must last this long; 0: none is
   std::optional<OrientationConstraint> facing = {};  // at the first mark
 };
 

@@ -18,8 +18,8 @@ std::vector<Solution> best_takes(const Problem& problem, const Beam& beam, int t
                                  const std::vector<Solution>& before, const Progress* progress) {
   const Marks& marks = problem.marks;
   const auto solution_of = [&](const Found& found) {
-    return make_solution(problem.bodies[static_cast<std::size_t>(found.body)], problem.physics, marks, found,
-                         lead_in_s, progress);
+    return make_solution(problem.bodies[static_cast<std::size_t>(found.body)], problem.physics, marks,
+                         problem.plan, found, lead_in_s, progress);
   };
   std::vector<Solution> found;
   if (before.empty()) {

@@ -6,18 +6,29 @@
 namespace ifa {
 namespace {
 
-// How long a passage that leaves event k is followed.
-double limit_s(const Problem& problem, const Body& body, std::size_t k, const State& after) {
-  if (k + 1 < problem.marks.size()) return kLateShare * problem.target_s(k);
-  if (problem.marks.ending == Ending::open) return kOpenTail_s;
+// How long a passage is followed to rest.
+double settling_limit_s(const Problem& problem, const Body& body, std::size_t k, const State& after) {
+  count_run(Effect::settling_to_rest);
   // Without friction what slides never stops, and is not worth watching.
-  const bool stops = body.material().friction > 0.0 ||
-                     after.velocity.head<2>().norm() < problem.physics.simulation.rest_speed_m_s;
-  if (!stops) return 0.0;
+  const bool stops = problem.plan.on(Effect::friction) && body.material().friction > 0.0;
+  const bool slides = after.velocity.head<2>().norm() >= problem.physics.simulation.rest_speed_m_s;
+  if (!stops && slides) return problem.marks.ending == Ending::rest ? 0.0 : kOpenTail_s;
   // A contact that goes on longer than its mark has no length factor left (eq. 7: 0.1 s costs all of it).
   constexpr double kLonger_s = 1.0;
   const bool contact = problem.physics.hearing.events == Events::contact;
   return contact ? problem.marks.durations_s[k] + kLonger_s : kLongestRest_s;
+}
+
+// How a body leaves event k, and how long it is followed: to the next mark, to rest, or until the last event
+// is over.
+Departure departure(const Problem& problem, const Body& body, std::size_t k, const Hit& hit,
+                    const State& after) {
+  const double span_s = problem.marks.durations_s[k];
+  const bool contact = problem.physics.hearing.events == Events::contact;
+  if (k + 1 < problem.marks.size()) return {hit, after, span_s, kLateShare * problem.target_s(k)};
+  if (problem.settles_after(k)) return {hit, after, span_s, settling_limit_s(problem, body, k, after)};
+  if (contact) return {hit, after, span_s, kOpenTail_s};  // an event may last
+  return {hit, after, span_s, span_s + problem.physics.event_over_s(), true};
 }
 
 void judge(const Problem& problem, std::size_t k, Trial& trial) {
@@ -90,8 +101,7 @@ Trial Trials::unchanged(std::span<const Candidate> candidates, std::size_t index
 void Trials::run(std::span<const Candidate> candidates, std::size_t k, std::span<Trial> trials) {
   departures_.clear();
   for (const Trial& t : trials)
-    departures_.push_back({candidates[t.candidate].onset.hit, t.after, problem_.marks.durations_s[k],
-                           limit_s(problem_, body_, k, t.after)});
+    departures_.push_back(departure(problem_, body_, k, candidates[t.candidate].onset.hit, t.after));
   arrivals_.resize(trials.size());
   passages_.run(departures_, arrivals_, progress_);
   for (std::size_t i = 0; i < trials.size(); ++i) {
@@ -103,8 +113,7 @@ void Trials::run(std::span<const Candidate> candidates, std::size_t k, std::span
 std::vector<Passage> Trials::follow(std::span<const Onset> onsets, std::size_t k) {
   departures_.clear();
   for (const Onset& onset : onsets)
-    departures_.push_back(
-        {onset.hit, onset.after, problem_.marks.durations_s[k], limit_s(problem_, body_, k, onset.after)});
+    departures_.push_back(departure(problem_, body_, k, onset.hit, onset.after));
   std::vector<Passage> passages(onsets.size());
   passages_.run(departures_, passages, progress_);
   return passages;

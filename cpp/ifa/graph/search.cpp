@@ -2,12 +2,15 @@
 
 #include <cmath>
 
-#include "ifa/signature/factors.hpp"
+#include "ifa/base/counted.hpp"
 
 namespace ifa {
 
-Targets::Targets(const Marks& marks)
-    : durations_s(marks.durations_s), centroids_s(marks.centroids_s), rest(marks.ending == Ending::rest) {
+Targets::Targets(const Marks& marks, const SoundTerms& judged_terms)
+    : durations_s(marks.durations_s),
+      centroids_s(marks.centroids_s),
+      rest(marks.ending == Ending::rest),
+      judged(judged_terms) {
   for (std::size_t k = 0; k + 1 < marks.size(); ++k)
     intervals_s.push_back(marks.times_s[k + 1] - marks.times_s[k]);
   for (const double a : marks.amplitudes) amplitudes.push_back(a / marks.amplitudes.front());
@@ -26,13 +29,19 @@ bool fits(const NodeBrief& node, const Targets& targets, std::size_t k) {
 
 double log_sound(const NodeBrief& node, const Targets& targets, std::size_t k, double first_amplitude) {
   double log = 0.0;
-  if (!targets.amplitudes.empty() && k > 0)
+  if (!targets.amplitudes.empty() && k > 0) {
+    count_run(Effect::amplitude_matching);
     log += log_amplitude_factor(node.amplitude / first_amplitude, targets.amplitudes[k]);
+  }
   const double duration_s = targets.durations_s[k];
-  if (node.length_s > 0.0f || duration_s > 0.0) {
+  if (duration_s == 0.0) return node.length_s > 0.0f ? log + log_length_factor(node.length_s, 0.0) : log;
+  if (targets.judged.length) {
+    count_run(Effect::length_matching);
     log += log_length_factor(node.length_s, duration_s);
-    if (duration_s > 0.0 && !std::isnan(targets.centroids_s[k]))
-      log += log_length_factor(node.centroid_s, targets.centroids_s[k]);
+  }
+  if (!std::isnan(targets.centroids_s[k])) {
+    count_run(Effect::centroid_matching);
+    log += log_length_factor(node.centroid_s, targets.centroids_s[k]);
   }
   return log;
 }

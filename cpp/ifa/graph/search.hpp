@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ifa/graph/nodes.hpp"
+#include "ifa/signature/factors.hpp"
 #include "ifa/signature/marks.hpp"
 
 namespace ifa {
@@ -18,7 +19,9 @@ struct Targets {
   std::vector<double> centroids_s;  // (n) NaN where unknown
   bool rest = true;                 // the last event shall be a terminal node
 
-  explicit Targets(const Marks& marks);
+  SoundTerms judged;
+
+  explicit Targets(const Marks& marks, const SoundTerms& judged = {});
   std::size_t size() const { return durations_s.size(); }
 };
 

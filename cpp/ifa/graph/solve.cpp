@@ -6,6 +6,7 @@
 #include <iterator>
 #include <vector>
 
+#include "ifa/base/counted.hpp"
 #include "ifa/graph/branch_and_bound.hpp"
 #include "ifa/graph/realise.hpp"
 #include "ifa/motion/difference.hpp"
@@ -28,8 +29,9 @@ constexpr std::size_t kPathsTried = 32;         // of a search
 constexpr std::size_t kConstrainedTried = 200;  // where poses are constrained, which the search does not see
 constexpr int kRepeats = 8;                     // of a search, without the splices that could not be flown
 
-SearchPhysics physics_with(SearchPhysics physics, double energy_gain_j) {
+SearchPhysics physics_with(SearchPhysics physics, double energy_gain_j, const Plan& plan) {
   physics.energy_gain_j = energy_gain_j;
+  plan.apply(physics.hearing);
   return physics;
 }
 
@@ -37,11 +39,14 @@ class GraphSolver {
  public:
   GraphSolver(const ContactGraph& graph, const Marks& marks, const GraphOptions& options, Progress* progress)
       : graph_(graph),
-        marks_(marks),
-        targets_(marks),
+        plan_(make_plan(
+            graph.database().body(), marks,
+            {graph.database().physics().hearing.events, false, options.lead_in_s, true, options.forced})),
+        marks_(plan_.seen(marks)),
+        targets_(marks_, plan_.sound_terms()),
         options_(options),
         progress_(progress),
-        physics_(physics_with(graph.database().physics(), options.energy_gain_j)),
+        physics_(physics_with(graph.database().physics(), options.energy_gain_j, plan_)),
         realiser_(graph.database(), physics_, graph.images()) {}
 
   Solution solve() {
@@ -52,8 +57,14 @@ class GraphSolver {
       climb_ladder();
     if (takes_.empty())
       throw NoMotionError("database: no event in it can begin a motion that meets the first two marks");
+    const EffectCounts runs = counted_since(counts_before_);
+    for (Solution& take : takes_) {
+      take.plan = plan_;
+      take.effect_runs = runs;
+    }
     Solution best = takes_.front();
     best.others.assign(takes_.begin() + 1, takes_.end());
+    best.history = std::move(history_);
     return best;
   }
 
@@ -70,6 +81,7 @@ class GraphSolver {
     for (int rung = first; rung <= last; ++rung) {
       if (rung > first && seconds_gone() > options_.time_budget_s) break;
       climb(rung);
+      note(rung);
       if (progress_) progress_->raise_to(static_cast<double>(rung - first + 1) / (last - first + 1));
       if (!takes_.empty() && takes_.front().satisfies() && enough()) break;
     }
@@ -80,6 +92,7 @@ class GraphSolver {
     BranchAndBoundOptions options;
     options.most_retime = 1.0 + kMostRetime;  // what is retimed more does not succeed, whatever its Score
     options.time_limit_s = options_.time_budget_s - seconds_gone();
+    options.children = options_.sizes.children;
     const GraphPath path = search_branch_and_bound(
         {database.nodes(), database.body(), graph_.briefs(), graph_.trees(),
          physics_.simulation.gravity_m_s2.norm(), options_.energy_gain_j},
@@ -88,11 +101,17 @@ class GraphSolver {
     if (path.steps.empty()) return;
     const Realised realised = realiser_.realise(path, targets_);
     if (!realised.found.links.empty()) offer(realised.found, path, 0);
+    note(0);
+  }
+
+  void note(int rung) {
+    if (!takes_.empty()) history_.push_back(stage_of(takes_.front(), rung, seconds_gone()));
   }
 
   void climb(int rung) {
     LayeredOptions layered;
-    layered.most_states = kLadder[rung].states;
+    layered.most_states = options_.sizes.states > 0 ? options_.sizes.states : kLadder[rung].states;
+    if (options_.sizes.neighbours > 0) layered.neighbours = options_.sizes.neighbours;
     layered.most_retime = kLadder[rung].retime;
     layered.most_cost = kLadder[rung].cost;
     layered.paths = marks_.constraints.empty() ? kPathsTried : kConstrainedTried;
@@ -118,8 +137,8 @@ class GraphSolver {
 
   // Keeps it where it is better than the best, or a further take.
   void offer(const Found& found, const GraphPath& path, int rung) {
-    Solution s =
-        make_solution(graph_.database().body(), physics_, marks_, found, options_.lead_in_s, progress_);
+    Solution s = make_solution(graph_.database().body(), physics_, marks_, plan_, found, options_.lead_in_s,
+                               progress_);
     s.rung = rung;
     s.search_log_weight = path.log_weight;
     s.search_log_bound = path.log_bound;
@@ -143,14 +162,17 @@ class GraphSolver {
     std::stable_sort(takes_.begin() + 1, takes_.end(), better);
   }
 
+  const EffectCounts counts_before_ = effect_counts;
   const ContactGraph& graph_;
-  const Marks& marks_;
+  Plan plan_;
+  Marks marks_;
   Targets targets_;
   const GraphOptions& options_;
   Progress* progress_;
   SearchPhysics physics_;
   Realiser realiser_;
   std::vector<Solution> takes_;  // the best first
+  std::vector<Stage> history_;
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };
 

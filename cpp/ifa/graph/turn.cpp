@@ -69,10 +69,10 @@ void fly(const lanes::BodyView& body, const Vec3 (&spins)[kCount], Turn (&turns)
     pair::RotationSeries series;
     pair::Quaternion rotation{one, zero, zero, zero};
     for (pair::Pack start = zero; pair::any(start < one);) {
-      series.expand(body, start, rotation, spin);
+      const pair::Mask open = start < one;
+      series.expand(body, start, rotation, spin, open);
       const pair::Pack end = pair::least(start + series.length_s, one);
       const auto values = series.at(end);
-      const pair::Mask open = start < one;
       rotation = pair::select(open, series.orientation(values), rotation);
       spin = pair::select(open, series.spin(values), spin);
       start = pair::select(open, end, start);
@@ -132,13 +132,13 @@ Turn triaxial_turn(const lanes::BodyView& body, const Vec3& spin) {
 }  // namespace
 
 Turn turn_with_slope(const lanes::BodyView& body, const Vec3& spin) {
-  if (body.isotropic) return {rotation_exp(spin), spin, exp_slope(spin)};
+  if (!body.couples_spin) return {rotation_exp(spin), spin, exp_slope(spin)};
   const int axis = symmetry_axis(body);
   return axis < 0 ? triaxial_turn(body, spin) : symmetric_turn(body, axis, spin, true);
 }
 
 Turn turn_of(const lanes::BodyView& body, const Vec3& spin) {
-  if (body.isotropic) return {rotation_exp(spin), spin, Mat3::Zero()};
+  if (!body.couples_spin) return {rotation_exp(spin), spin, Mat3::Zero()};
   const int axis = symmetry_axis(body);
   if (axis >= 0) return symmetric_turn(body, axis, spin, false);
   Turn turn[1];

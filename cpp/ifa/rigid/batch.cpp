@@ -70,7 +70,9 @@ class Recorder {
   }
 
   void ended(Sample& m, lanes::Stop stop) {
-    finish(m, stop == lanes::Stop::rest ? SampleStatus::rest : SampleStatus::time_limit);
+    finish(m, stop == lanes::Stop::rest      ? SampleStatus::rest
+              : stop == lanes::Stop::contact ? SampleStatus::contact
+                                             : SampleStatus::time_limit);
   }
 
  private:

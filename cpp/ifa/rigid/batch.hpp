@@ -11,8 +11,8 @@
 
 namespace ifa {
 
-// Why a sample ended; the first four are RunStatus. `not_run`: the batch was cancelled before it.
-enum class SampleStatus : std::uint8_t { rest, time_limit, impact_limit, failed, not_run };
+// Why a sample ended: as RunStatus, or `not_run`: the batch was cancelled before it.
+enum class SampleStatus : std::uint8_t { rest, time_limit, impact_limit, failed, not_run, contact };
 
 // Where results go, sample by sample: row i of each array is sample i's, and what a sample does not have
 // stays as it was. An empty span is not wanted. For n samples and room for m hits:

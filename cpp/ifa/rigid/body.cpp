@@ -136,10 +136,24 @@ Body Body::make(Definition definition) {
   return body;
 }
 
+Material Body::contact_material() const {
+  Material material = definition_.material;
+  if (definition_.friction == false)
+    material.friction = material.rolling_friction_m = material.spin_friction_m = 0.0;
+  return material;
+}
+
 Body Body::with_material(const Material& material) const {
   Definition definition = definition_;
   definition.material = material;
   return make(std::move(definition));
+}
+
+Body Body::with_switches(std::optional<bool> spin_coupling, std::optional<bool> friction) const {
+  Body body = *this;
+  body.definition_.spin_coupling = spin_coupling;
+  body.definition_.friction = friction;
+  return body;
 }
 
 }  // namespace ifa

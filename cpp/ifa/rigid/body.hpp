@@ -2,6 +2,7 @@
 // centre of mass, inertia and material.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,8 @@ class Body {
     Vec3 centre_of_mass_m = Vec3::Zero();  // in the axes of vertices_m
     Mat3 inertia_kg_m2 = Mat3::Zero();     // about the centre of mass, in the axes of vertices_m
     Material material;
+    // Effects forced on or off; without a value as the body calls for (rigid/effects.hpp).
+    std::optional<bool> spin_coupling, friction;
   };
 
   // The contact shape is the hull of the vertices and the rings, rounded. Vertices are needed only where
@@ -43,6 +46,8 @@ class Body {
 
   // The same body of another material. Throws as make() does.
   Body with_material(const Material& material) const;
+  // The same body with effects forced on or off (rigid/effects.hpp chooses which).
+  Body with_switches(std::optional<bool> spin_coupling, std::optional<bool> friction) const;
 
   const std::string& name() const { return definition_.name; }
   const Definition& definition() const { return definition_; }
@@ -62,6 +67,14 @@ class Body {
   const Quat& body_from_principal() const { return body_from_principal_; }
   double bounding_radius_m() const { return bounding_radius_m_; }  // of the ball about the centre of mass
   bool isotropic() const { return isotropic_; }  // all moments equal to 1e-12: spins about any axis
+
+  // Whether its rotation has the gyroscopic term. Without it flight turns with a constant spin, exact for an
+  // isotropic body; impacts know the true inertia all the same.
+  bool couples_spin() const { return definition_.spin_coupling.value_or(!isotropic_); }
+  // The material that contacts have: without friction where that is forced off.
+  Material contact_material() const;
+  // Whether contacts solve Coulomb's cone: where there is friction, or it is forced on.
+  bool has_cone() const { return definition_.friction.value_or(material().friction > 0.0); }
 
  private:
   Definition definition_;

@@ -40,11 +40,10 @@ double kinetic_energy(const Body& body, const State& state) {
 void solve_contacts(const ContactBody& body, std::vector<ContactPoint>& points, Vec3& velocity,
                     Vec3& angular_velocity, double tolerance, int max_sweeps) {
   const Mat3& w = body.inverse_inertia;
-  const one::ContactBodies problem{1.0 / body.mass_kg,
-                                   {w(0, 0), w(0, 1), w(0, 2), w(1, 1), w(1, 2), w(2, 2)},
-                                   body.friction,
-                                   body.rolling_friction_m,
-                                   body.spin_friction_m};
+  const one::ContactBodies problem{
+      1.0 / body.mass_kg,   {w(0, 0), w(0, 1), w(0, 2), w(1, 1), w(1, 2), w(2, 2)},
+      body.friction,        body.rolling_friction_m,
+      body.spin_friction_m, body.friction > 0.0};
   std::vector<one::ContactSlot> slots = slots_of(points);
   one::Pack3 v = one::pack(velocity), spin = one::pack(angular_velocity), torque{0.0, 0.0, 0.0};
   one::solve_contacts(problem, slots.data(), static_cast<int>(slots.size()), true, tolerance, max_sweeps, v,

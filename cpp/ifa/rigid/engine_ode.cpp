@@ -39,7 +39,7 @@ struct Units {
     return s;
   }
   OdeBody scaled(const Body& body) const {
-    const Material& m = body.material();
+    const Material m = body.contact_material();
     OdeBody out{body.mass_kg() / mass_kg,
                 body.radius_m() / length_m,
                 body.bounding_radius_m() / length_m,

@@ -55,6 +55,7 @@ EventSimulation::Stop EventSimulation::advance(double until_s) {
       if (stop == lanes::Stop::none) continue;
       return stop == lanes::Stop::impact ? Stop::impact : Stop::time_limit;
     }
+    if (!settings_.sustained_contact) return Stop::contact;
     lanes::LoadData load;
     const double before_s = sim_.time_s;
     one.step(body_, settings_, sims, 1, &stop, &load);
@@ -94,7 +95,9 @@ Run simulate(const Body& body, const State& state, const SimulationOptions& opti
     const auto stop = simulation.advance(until_s);
     strikes = stop == EventSimulation::Stop::impact;
     if (strikes) continue;
-    run.status = stop == EventSimulation::Stop::rest ? RunStatus::rest : RunStatus::time_limit;
+    run.status = stop == EventSimulation::Stop::rest      ? RunStatus::rest
+                 : stop == EventSimulation::Stop::contact ? RunStatus::contact
+                                                          : RunStatus::time_limit;
     run.rest_s = run.status == RunStatus::rest ? simulation.rest_s() : 0.0;
     if (run.status == RunStatus::time_limit && simulation.time_s() > run.nodes.back().time_s)
       run.nodes.push_back({simulation.time_s(), simulation.state(), run.nodes.back().phase});

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "ifa/base/effects.hpp"
 #include "ifa/base/progress.hpp"
 #include "ifa/rigid/contact.hpp"
 #include "ifa/rigid/flight.hpp"
@@ -19,13 +20,15 @@ struct SimulationOptions {
   double rest_speed_m_s = 0.01;   // rest: every hull point slower than this ...
   double rest_duration_s = 0.05;  // ... for this long
   int max_impacts = 100000;
+  // Off: no steps of contact, a simulation ends where those would begin.
+  bool sustained_contact = compiled(Effect::sustained_contact);
 };
 
 // Advances from impact to impact; the caller looks at each before it is resolved. States are in principal
 // axes. The body must outlive it. Reusable: `start` begins anew.
 class EventSimulation {
  public:
-  enum class Stop { impact, rest, time_limit };
+  enum class Stop { impact, rest, time_limit, contact };
 
   EventSimulation(const Body& body, const SimulationOptions& options);
 
@@ -35,7 +38,8 @@ class EventSimulation {
   void start(const State& state, double time_s, std::vector<Node>* nodes = nullptr,
              std::vector<Load>* loads = nullptr, const Progress* progress = nullptr);
 
-  // Goes on to the next impact (state() is then the state just before it), to rest, or to `until_s`.
+  // Goes on to the next impact (state() is then the state just before it), to rest, or to `until_s`. Where
+  // sustained contact is off, Stop::contact in its place.
   Stop advance(double until_s);
 
   double approach_speed() const;  // of the impact `advance` stopped at: the largest over the touching points

@@ -21,14 +21,14 @@ struct Flight::Impl {
     const double direction = time_s >= 0.0 ? 1.0 : -1.0;
     auto& pieces = time_s >= 0.0 ? ahead : behind;
     if (pieces.empty())
-      pieces.emplace_back().expand(body, 0.0, one::pack(start.orientation), one::pack(body_spin));
+      pieces.emplace_back().expand(body, 0.0, one::pack(start.orientation), one::pack(body_spin), true);
     constexpr std::size_t kMostPieces = 4096;
     while (std::abs(time_s) > std::abs(pieces.back().start_s) + pieces.back().length_s) {
       const one::RotationSeries& last = pieces.back();
       const double end = last.start_s + direction * last.length_s;
       const auto values = last.at(end);
       one::RotationSeries next;
-      next.expand(body, end, last.orientation(values), last.spin(values));
+      next.expand(body, end, last.orientation(values), last.spin(values), true);
       if (pieces.size() == kMostPieces) pieces.erase(pieces.begin() + 1, pieces.end());
       pieces.push_back(next);
     }
@@ -61,7 +61,7 @@ State Flight::at(double time_s) const {
   State s;
   s.position = start.position + time_s * (start.velocity + 0.5 * time_s * impl_->gravity);
   s.velocity = start.velocity + time_s * impl_->gravity;
-  if (impl_->body.isotropic) {
+  if (!one::couples_spin(impl_->body)) {
     s.orientation = (rotation_exp(start.angular_velocity * time_s) * start.orientation).normalized();
     s.angular_velocity = start.angular_velocity;
     return s;
@@ -85,7 +85,7 @@ double Flight::clearance(double time_s) const {
 double Flight::next_contact(double until_s) const {
   State from = impl_->start;
   for (double begin = 0.0;;) {
-    one::FlightPath path(impl_->body, one::pack(impl_->gravity), one::pack(from));
+    one::FlightPath path(impl_->body, one::pack(impl_->gravity), one::pack(from), true);
     const auto contact = path.next_contact(until_s - begin, true);
     if (contact.landed) return begin + contact.time_s;
     if (!(begin + contact.time_s <= until_s) || contact.time_s >= 1e100) return kNever;

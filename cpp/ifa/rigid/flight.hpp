@@ -9,9 +9,9 @@
 
 namespace ifa {
 
-// The position is a parabola. The rotation of an isotropic body is a constant spin, of any other a power
-// series in pieces (lanes/rotation.hpp). States are in principal axes. Not thread-safe: pieces of the series
-// are made when first asked for. The body must outlive it.
+// The position is a parabola. The rotation is a power series in pieces (lanes/rotation.hpp), or a constant
+// spin for a body that does not couple its spin, as an isotropic one need not. States are in principal axes.
+// Not thread-safe: pieces of the series are made when first asked for. The body must outlive it.
 class Flight {
  public:
   explicit Flight(const Body& body);

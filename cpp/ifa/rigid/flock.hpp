@@ -23,7 +23,7 @@ namespace ifa {
 //   bool resolved(Member&, const lanes::HitData&)  after; false ends the simulation
 //   bool loaded(Member&, const lanes::LoadData&)   after a step of contact; false ends the simulation
 //
-//   void ended(Member&, lanes::Stop)               at rest or at until_s
+//   void ended(Member&, lanes::Stop)               at rest, at until_s, or in contact where that is off
 template <class Member>
 class Flock {
  public:
@@ -53,7 +53,7 @@ class Flock {
         if (Client::kStrikesAtStart && lanes::kScalarKernels.separation_speed(body_, m) < 0.0)
           queues_[kResolve].push_back(&m);
         else
-          wait(m);
+          wait(client, m);
       }
       auto& fullest = *std::max_element(queues_.begin(), queues_.end(),
                                         [](const auto& a, const auto& b) { return a.size() < b.size(); });
@@ -69,7 +69,17 @@ class Flock {
 
   static int rank(const Member& m) { return std::clamp(m.touching, 1, 4) - 1; }
 
-  void wait(Member& m) { queues_[m.stage == lanes::Stage::flight ? kFly : kStep + rank(m)].push_back(&m); }
+  template <class Client>
+  void wait(Client& client, Member& m) {
+    if (m.stage == lanes::Stage::flight) {
+      queues_[kFly].push_back(&m);
+    } else if (settings_.sustained_contact) {
+      queues_[kStep + rank(m)].push_back(&m);
+    } else {
+      client.ended(m, lanes::Stop::contact);
+      idle_.push_back(&m);
+    }
+  }
 
   template <class Client>
   void advance(Client& client, std::vector<Member*>& queue, int kind) {
@@ -88,7 +98,7 @@ class Flock {
       kernels_.resolve(body_, settings_, sims.data(), count, hits.data());
       for (int i = 0; i < count; ++i) {
         if (client.resolved(*members[i], hits[i]))
-          wait(*members[i]);
+          wait(client, *members[i]);
         else
           idle_.push_back(members[i]);
       }
@@ -110,7 +120,7 @@ class Flock {
       if (over[i]) {
         idle_.push_back(members[i]);
       } else if (stops[i] == lanes::Stop::none) {
-        wait(*members[i]);
+        wait(client, *members[i]);
       } else if (stops[i] == lanes::Stop::impact) {
         queues_[kResolve + rank(*members[i])].push_back(members[i]);
       } else {

@@ -36,8 +36,9 @@ struct Load {
   double slip_speed_m_s;  // the largest over the loaded points
 };
 
-// `failed`: the engine gave up, and what it has until then is kept.
-enum class RunStatus { rest, time_limit, impact_limit, failed };
+// `failed`: the engine gave up, and what it has until then is kept. `contact`: sustained contact began, and
+// is off.
+enum class RunStatus { rest, time_limit, impact_limit, failed, contact };
 
 struct Run {
   RunStatus status = RunStatus::time_limit;

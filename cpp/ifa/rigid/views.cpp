@@ -2,12 +2,19 @@
 
 #include <algorithm>
 
+#include "ifa/base/effects.hpp"
+#include "ifa/base/error.hpp"
+
 namespace ifa {
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double));  // an array of Vec3 is one of doubles
 static_assert(kMostRings == lanes::kMostRings);
 
 lanes::BodyView view_of(const Body& body) {
+  if (!compiled(Effect::spin_coupling) && body.couples_spin())
+    throw ArgumentError("spin_coupling: this build has none");
+  if (!compiled(Effect::circular_edges) && !body.rings().empty())
+    throw ArgumentError("rings_m: this build has no circular edges");
   lanes::BodyView view;
   view.vertex = body.principal_vertices().empty() ? nullptr : body.principal_vertices().front().data();
   view.vertices = static_cast<int>(body.principal_vertices().size());
@@ -24,7 +31,10 @@ lanes::BodyView view_of(const Body& body) {
   view.mass = body.mass_kg();
   for (int i = 0; i < 3; ++i) view.inertia[i] = body.principal_inertia()[body.isotropic() ? 0 : i];
   view.isotropic = body.isotropic();
-  const Material& material = body.material();
+  view.centred = view.vertices == 1 && view.rings == 0 && body.principal_vertices().front().isZero(0.0);
+  view.couples_spin = body.couples_spin();
+  view.cone = body.has_cone();
+  const Material material = body.contact_material();
   view.restitution = material.restitution;
   view.friction = material.friction;
   view.rolling_friction_m = material.rolling_friction_m;
@@ -39,6 +49,7 @@ lanes::Settings settings_of(const Body& body, const SimulationOptions& options) 
   settings.micro_speed = options.micro_speed_m_s;
   settings.rest_speed = options.rest_speed_m_s;
   settings.rest_duration_s = options.rest_duration_s;
+  settings.sustained_contact = compiled(Effect::sustained_contact) && options.sustained_contact;
   // The slowest bounce leaves at restitution times the micro speed; the floor is above rounding.
   settings.step_speed = options.gravity_m_s2.norm() * options.step_s;
   settings.least_bounce =

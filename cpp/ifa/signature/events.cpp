@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ifa/base/counted.hpp"
+
 namespace ifa {
 
 void EventBuilder::begin(const Hit& first) {
@@ -20,11 +22,21 @@ std::optional<double> EventBuilder::judged_gap_s(double time_s) const {
   return time_s - last_hit_s_;
 }
 
-void EventBuilder::add(const Hit& hit) {
+void EventBuilder::add_impulse(const Hit& hit) {
   const double impulse = hit.impulse_n_s.norm();
-  squares_ += impulse * impulse;
-  weight_ += impulse;
-  moment_ += impulse * (hit.time_s - event_.time_s);
+  if (hearing_.amplitudes) {
+    count_run(Effect::amplitude_matching);
+    squares_ += impulse * impulse;
+  }
+  if (hearing_.centroids) {
+    count_run(Effect::centroid_matching);
+    weight_ += impulse;
+    moment_ += impulse * (hit.time_s - event_.time_s);
+  }
+}
+
+void EventBuilder::add(const Hit& hit) {
+  if (hearing_.amplitudes || hearing_.centroids) add_impulse(hit);
   const double gap = hit.time_s - (contact() ? last_s_ : last_hit_s_);
   if (gap >= hearing_.merge_gap_s && !contact())
     event_.loose_s = hit.time_s - event_.time_s;
@@ -40,8 +52,9 @@ void EventBuilder::add(const Load& load) {
   const double end = load.time_s + load.length_s;
   if (contact())
     event_.gap_s = std::max(event_.gap_s, load.time_s - last_s_);
-  else if (end > event_.time_s + span_s_ || load.slip_speed_m_s < hearing_.audible_speed_m_s)
+  else if (end > event_.time_s + span_s_ || load.slip_speed_m_s < hearing_.audible_speed_m_s || !hears_slip())
     return;
+  if (hearing_.lengths && span_s_ > 0.0) count_run(Effect::length_matching);
   loads_.push_back(load);
   last_s_ = std::max(last_s_, end);
 }
@@ -59,9 +72,9 @@ Event EventBuilder::event() const {
   }
   const double length = std::min(last, rest_s_) - e.time_s;
   e.length_s = length < hearing_.merge_gap_s ? 0.0 : length;
-  e.amplitude = std::sqrt(squares_) + impulse;
+  if (hearing_.amplitudes) e.amplitude = std::sqrt(squares_) + impulse;
   const double weight = weight_ + impulse;
-  e.centroid_s = weight > 0.0 ? moment / weight : 0.0;
+  if (hearing_.centroids) e.centroid_s = weight > 0.0 ? moment / weight : 0.0;
   return e;
 }
 

@@ -15,6 +15,9 @@ struct HearingOptions {
   Events events = Events::audible;
   double audible_speed_m_s = 0.05;  // a softer impact is silent; so is slower slip; of no account for contact
   double merge_gap_s = 0.010;  // hits nearer than this chain into one event; flights shorter join contact
+  // What of an event is wanted: an amplitude or a centroid that is not stays 0, and where none of these is,
+  // slip in a span goes unheard.
+  bool amplitudes = true, lengths = true, centroids = true;
 };
 
 // An event, timed at its first hit. One shorter than the merge gap is discrete (length 0).
@@ -68,7 +71,9 @@ class EventBuilder {
   double last_s() const { return last_s_; }  // the end of what was added last; clip does not change it
 
  private:
+  void add_impulse(const Hit& hit);
   bool contact() const { return hearing_.events == Events::contact; }
+  bool hears_slip() const { return hearing_.amplitudes || hearing_.lengths || hearing_.centroids; }
 
   HearingOptions hearing_;
   double span_s_;  // of the mark it shall meet; 0 for a discrete one

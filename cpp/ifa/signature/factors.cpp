@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "ifa/base/counted.hpp"
+
 namespace ifa {
 namespace {
 
@@ -86,15 +88,26 @@ double centroid_factor(double centroid_s, double target_s) {
   return std::exp(log_length_factor(centroid_s, target_s));
 }
 
-Factors sound_factors(const Event& event, const Marks& marks, std::size_t k, double first_amplitude) {
+Factors sound_factors(const Event& event, const Marks& marks, std::size_t k, double first_amplitude,
+                      const SoundTerms& judged) {
   Factors f;
-  if (!marks.amplitudes.empty() && k > 0)
+  if (judged.amplitude && !marks.amplitudes.empty() && k > 0) {
+    count_run(Effect::amplitude_matching);
     f.amplitude =
         amplitude_factor(event.amplitude / first_amplitude, marks.amplitudes[k] / marks.amplitudes[0]);
-  if (event.length_s > 0.0 || marks.durations_s[k] > 0.0) {
-    f.length = length_factor(event.length_s, marks.durations_s[k]);
-    if (marks.durations_s[k] > 0.0 && !std::isnan(marks.centroids_s[k]))
-      f.centroid = centroid_factor(event.centroid_s, marks.centroids_s[k]);
+  }
+  const double duration_s = marks.durations_s[k];
+  if (duration_s == 0.0) {
+    if (event.length_s > 0.0) f.length = length_factor(event.length_s, 0.0);
+    return f;
+  }
+  if (judged.length) {
+    count_run(Effect::length_matching);
+    f.length = length_factor(event.length_s, duration_s);
+  }
+  if (judged.centroid && !std::isnan(marks.centroids_s[k])) {
+    count_run(Effect::centroid_matching);
+    f.centroid = centroid_factor(event.centroid_s, marks.centroids_s[k]);
   }
   return f;
 }

@@ -46,8 +46,15 @@ double log_time_factor(double interval_s, double target_s);
 double log_amplitude_factor(double amplitude, double target);
 double log_length_factor(double length_s, double target_s);  // and of a centroid
 
+// Which of f_a, f_l and f_c of marks with a duration are judged; the others are 1. That a discrete mark's
+// event is longer than discrete is judged by f_l in any case.
+struct SoundTerms {
+  bool amplitude = true, length = true, centroid = true;
+};
+
 // f_a f_l f_c of an event that shall meet mark k. `first_amplitude` is the motion's first event's.
-Factors sound_factors(const Event& event, const Marks& marks, std::size_t k, double first_amplitude);
+Factors sound_factors(const Event& event, const Marks& marks, std::size_t k, double first_amplitude,
+                      const SoundTerms& judged = {});
 
 double log_product(const Factors& f);                             // of all six
 double score(const std::vector<Factors>& factors);                // eq. 12, one set of factors for each mark

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "ifa/base/counted.hpp"
+
 namespace ifa {
 namespace {
 
@@ -19,7 +21,7 @@ Hit hit_of(double time_s, const lanes::HitData& data) {
 }  // namespace
 
 Listener::Listener(const SearchPhysics& physics, const Departure& departure)
-    : physics_(&physics), event_(physics.hearing, departure.span_s) {
+    : physics_(&physics), event_only_(departure.event_only), event_(physics.hearing, departure.span_s) {
   event_.begin(departure.first);
 }
 
@@ -48,7 +50,7 @@ void Listener::add(const Hit& hit) {
 
 Passage Listener::ended(Next next, double time_s, const State& end, double rest_s) {
   Passage passage;
-  passage.next = dubious_ && next != Next::late ? Next::dubious : next;
+  passage.next = dubious_ && (event_only_ || next != Next::late) ? Next::dubious : next;
   passage.interval_s = time_s;
   if (next == Next::rest) event_.clip(rest_s);
   passage.event = event_.event();
@@ -93,6 +95,8 @@ class Passages::Client {
   bool resolved(Member& m, const lanes::HitData& data) {
     if (!m.listener->begins_next(m.time_s, data.approach_speed)) {
       m.listener->add(hit_of(m.time_s, data));
+      if (departures_[m.index].event_only)
+        m.until_s = std::max(m.until_s, m.time_s + owner_.physics_.event_over_s());
       return true;
     }
     Passage& passage = finish(m, m.listener->ended(Next::hit, m.time_s, m.before));
@@ -102,8 +106,12 @@ class Passages::Client {
 
   void ended(Member& m, lanes::Stop stop) {
     const bool rest = stop == lanes::Stop::rest && stands(owner_.body_, state_of(m));
-    finish(m, m.listener->ended(rest ? Next::rest : Next::late, m.time_s, state_of(m),
-                                rest ? m.slow_since_s : 0.0));
+    // Where contact is not followed, only of a ball it is known what comes of it: nothing.
+    const bool unknown = stop == lanes::Stop::contact && !owner_.ball_;
+    finish(m, m.listener->ended(rest      ? Next::rest
+                                : unknown ? Next::dubious
+                                          : Next::late,
+                                m.time_s, state_of(m), rest ? m.slow_since_s : 0.0));
   }
 
  private:
@@ -125,9 +133,7 @@ Passages::Passages(const Body& body, const SearchPhysics& physics)
       flock_(body, physics.simulation, kernels_),
       dull_(view_of(body)) {
   dull_.restitution = 0.0;
-  constexpr double kCentred = 1e-12;
-  ball_ = physics.hearing.events == Events::audible && body.isotropic() && body.rings().empty() &&
-          body.vertices().size() == 1 && body.vertices().front().norm() <= kCentred * body.radius_m();
+  ball_ = physics.hearing.events == Events::audible && is_ball(body);
 }
 
 // How long a ball in contact rolls, slips and spins on, at most.
@@ -174,6 +180,12 @@ bool Passages::settle(State& state) const {
   lanes::kScalarKernels.resolve(dull_, flock_.settings(), sims, 1, &hit);
   state = state_of(sim);
   return true;
+}
+
+bool is_ball(const Body& body) {
+  constexpr double kCentred = 1e-12;
+  return body.isotropic() && body.rings().empty() && body.vertices().size() == 1 &&
+         body.vertices().front().norm() <= kCentred * body.radius_m();
 }
 
 bool stands(const Body& body, const State& at_rest) {
@@ -223,6 +235,7 @@ const State& state_before_last_flight(const Record& record) {
 }
 
 double clear_before(const Body& body, const State& first, const Vec3& gravity_m_s2, double limit_s) {
+  count_run(Effect::pre_roll_flight);
   State reversed = first;
   reversed.velocity = -first.velocity;
   reversed.angular_velocity = -first.angular_velocity;

@@ -25,6 +25,9 @@ struct SearchPhysics {
   double least_onset_speed_m_s() const {
     return hearing.events == Events::contact ? 0.0 : hearing.audible_speed_m_s * (1.0 + margin);
   }
+
+  // How long after its last hit an event is over beyond doubt.
+  double event_over_s() const { return hearing.merge_gap_s * (1.0 + margin); }
 };
 
 // The impact an event begins with.
@@ -33,7 +36,8 @@ struct Onset {
   Hit hit;              // its time is 0
 };
 
-// `late`: neither a hit nor rest in time; a rest that the body would not keep is none.
+// `late`: neither a hit nor rest in time; a rest that the body would not keep is none. Where sustained
+// contact is off, also a passage that ends as it would begin.
 enum class Next { hit, rest, late, dubious };
 
 struct Passage {
@@ -56,6 +60,9 @@ struct Departure {
   State after;     // in place of the impact's own outcome
   double span_s;   // duration of the mark that the event shall meet
   double limit_s;  // when it is given up
+  // Only the event itself is watched: each hit that chains on moves the limit until nothing more can. What
+  // could be judged either way before is dubious, and nothing else.
+  bool event_only = false;
 };
 
 // Judges what is heard on the way. Times are from the event.
@@ -73,6 +80,7 @@ class Listener {
 
  private:
   const SearchPhysics* physics_;
+  bool event_only_;
   EventBuilder event_;
   bool dubious_ = false;
   int impacts_ = 0;
@@ -113,6 +121,10 @@ class Passages {
   bool ball_;
   double simulated_s_ = 0.0;
 };
+
+// Whether the body is one rounded vertex at its centre of mass, with equal moments: once it does not bounce
+// any more, it only rolls.
+bool is_ball(const Body& body);
 
 // Whether a body at rest stands on three vertices or more, and not balanced on an edge or a corner, where
 // rolling friction can hold it though no viewer would believe it. Bodies that have no faces to stand on, and

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ifa/base/counted.hpp"
+
 #include "ifa/rigid/contact.hpp"
 #include "ifa/rigid/symmetry.hpp"
 #include "ifa/signature/placement.hpp"
@@ -15,6 +17,14 @@ constexpr double kLeastLeadIn_s = 0.1;  // before the first mark, even where the
 constexpr double kStillAtEnd_s = 0.1;   // shown after coming to rest
 constexpr double kMostUnasked_s = 3.0;  // shown after the last mark that was reached, where it does not rest
 constexpr double kTailBeforeHit_s = 2e-3;  // an open motion ends this long before a hit that no mark asks for
+
+// Whether an impact that is no part of the last event could be taken for audible.
+bool nearly_audible(const SearchPhysics& physics, const Hit& hit) {
+  const HearingOptions& hearing = physics.hearing;
+  return hearing.events == Events::audible && hit.time_s > hearing.merge_gap_s &&
+         hit.approach_speed_m_s < hearing.audible_speed_m_s &&
+         hit.approach_speed_m_s >= hearing.audible_speed_m_s * (1.0 - physics.margin);
+}
 
 void append(Record& whole, const Record& part, double offset_s) {
   const auto add = [offset_s](auto& to, const auto& from) {
@@ -42,6 +52,7 @@ void report_missed(const Motion& motion, const HearingOptions& hearing, double t
 // Measured on the motion itself: every audible hit must belong to a mark's event.
 void count_hits(const Record& whole, const SearchPhysics& physics, const Marks& marks, const TimeMap& time,
                 Solution& solution) {
+  const bool open = marks.ending == Ending::open;
   const std::size_t n = marks.size();
   std::size_t k = 0;
   std::vector<char> met(n, 0);
@@ -61,7 +72,7 @@ void count_hits(const Record& whole, const SearchPhysics& physics, const Marks& 
       met[k] = 1;
       builder = EventBuilder(physics.hearing, marks.durations_s[k]);
       solution.events[k].achieved_s = time.to_motion(hit.time_s);
-    } else {
+    } else if (k < n || !open) {  // after the last mark an open ending asks for nothing
       ++solution.extra_hits;
     }
     builder.begin(hit);
@@ -128,11 +139,12 @@ void measure_constraints(const Marks& marks, Solution& solution) {
 
 }  // namespace
 
-Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks, const Found& found,
-                       double lead_in_s, const Progress* progress) {
+Solution make_solution(const Body& body, const SearchPhysics& physics, const Marks& marks, const Plan& plan,
+                       const Found& found, double lead_in_s, const Progress* progress) {
   const std::size_t n = marks.size(), links = found.links.size();
   const Vec3& gravity = physics.simulation.gravity_m_s2;
-  const bool rest = marks.ending == Ending::rest;
+  const bool rest = marks.ending == Ending::rest, settles = plan.on(Effect::settling_to_rest);
+  const bool retimes = plan.on(Effect::retiming);
   Record whole;
   std::vector<Node>& nodes = whole.nodes;
   std::vector<Hit>& hits = whole.hits;
@@ -142,7 +154,8 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
 
   // Simulated time agrees with the motion's at the first mark.
   double now = marks.times_s[0];
-  {
+  if (plan.on(Effect::pre_roll_flight)) {
+    count_run(Effect::pre_roll_flight);
     const State& first = found.links[0].onset.before;
     const double wanted = std::min(std::max(now, kLeastLeadIn_s), lead_in_s);
     const double clear = clear_before(body, first, gravity, wanted);
@@ -163,9 +176,10 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
 
     Record record;
     const double limit = !last            ? kNever
-                         : !rest          ? kOpenTail_s
+                         : !settles       ? kOpenTail_s
                          : found.complete ? kLongestRest_s
                                           : kMostUnasked_s;
+    if (last && settles) count_run(Effect::settling_to_rest);
     Passage passage = record_passage(
         body, physics, {link.onset.hit, link.leave.after, marks.durations_s[k], limit}, record, progress);
     append(whole, record, now);
@@ -182,7 +196,7 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
 
     if (k == 0) first_amplitude = passage.event.amplitude;
     EventReport& event = solution.events[k];
-    const Factors sound = sound_factors(passage.event, marks, k, first_amplitude);
+    const Factors sound = sound_factors(passage.event, marks, k, first_amplitude, plan.sound_terms());
     event.factors.amplitude = sound.amplitude;
     event.factors.length = sound.length;
     event.factors.centroid = sound.centroid;
@@ -197,13 +211,14 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
                  kinetic_energy(body, link.leave.after) - kinetic_energy(body, link.onset.before));
 
     time.simulated_s.push_back(now);
-    time.motion_s.push_back(marks.times_s[k]);
+    if (retimes) count_run(Effect::retiming);
+    time.motion_s.push_back(retimes ? marks.times_s[k] : now);
     if (last) {
       event.excess = std::max(event.excess, link.leave.excess);
       event.factors.velocity *= velocity_factor(link.leave.excess);
       // What no mark asked for, or could have, goes as physics has it, to rest.
-      const double give_up_s = now + kMostUnasked_s;
-      while (rest && passage.next != Next::rest && passage.next != Next::late) {
+      const double give_up_s = now + (rest ? kMostUnasked_s : kLongestRest_s);
+      while (settles && passage.next != Next::rest && passage.next != Next::late) {
         now += passage.interval_s;
         nodes.push_back({now, passage.end, nodes.back().phase});
         const Onset onset = strike(body, physics, passage.end);
@@ -211,6 +226,7 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
         hit.time_s = now;
         hits.push_back(hit);
         Record unasked;
+        count_run(Effect::settling_to_rest);
         passage = record_passage(body, physics, {onset.hit, onset.after, 0.0, std::max(0.0, give_up_s - now)},
                                  unasked, progress);
         append(whole, unasked, now);
@@ -223,11 +239,15 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
       } else if (passage.next != Next::late) {
         end -= kTailBeforeHit_s;
       }
+      // Likewise before one that could be taken for audible.
+      if (!settles)
+        for (const Hit& hit : record.hits)
+          if (nearly_audible(physics, hit)) end = std::min(end, now + hit.time_s - kTailBeforeHit_s);
     } else {
       EventReport& next = solution.events[k + 1];
       const double target = marks.times_s[k + 1] - marks.times_s[k];
       next.error_s = passage.interval_s - target;
-      next.retime = target / passage.interval_s;
+      next.retime = retimes ? target / passage.interval_s : 1.0;
       next.excess = excess;
       next.factors.velocity = velocity_factor(excess);
       next.factors.orientation = link.orientation_factor;
@@ -237,14 +257,17 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
   }
   // An open motion ends before the hit that stopped it, exactly on its flight or between two steps of
   // contact.
-  if (!rest) {
+  if (!settles) {
     const Motion longer(body, gravity, nodes, hits, {});
     const State at_end = to_principal(body, longer.sample({end}, Side::before).front());
     while (nodes.size() > 1 && nodes.back().time_s >= end) nodes.pop_back();
     nodes.push_back({end, at_end, nodes.back().phase});
     std::erase_if(hits, [&](const Hit& h) { return h.time_s >= end; });
   }
-  if (!marks.constraints.empty()) place(body, marks.constraints, found, nodes, hits);
+  if (plan.constrains()) {
+    plan.count_constraints();
+    place(body, marks.constraints, found, nodes, hits);
+  }
   solution.motion = std::make_shared<Motion>(body, gravity, nodes, hits, time);
   measure_constraints(marks, solution);
 
@@ -272,6 +295,10 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
   solution.plausible = solution.succeeded && most_excess <= kPlausible.excess + kStandardRounding &&
                        most_retime <= 1.0 + kPlausible.retime + kStandardRounding;
   return solution;
+}
+
+Stage stage_of(const Solution& best, int rung, double time_s) {
+  return {time_s, rung, best.score, best.succeeded, best.plausible};
 }
 
 bool Solution::constraints_met() const {

@@ -37,7 +37,7 @@ class ContactStep {
   Pack choose_length(Pack time_s, Pack until_s);
   Pack follow_rings(Pack length);
   void roll(const Rotation& r) {
-    if (body_.rings > 0) rolled_.place_rings(select(rolls_, r.up(), turned_.up()));
+    if (rings(body_) > 0) rolled_.place_rings(select(rolls_, r.up(), turned_.up()));
   }
   void add_settling_points(Pack length);
   Pack3 last_force(int slot) const;

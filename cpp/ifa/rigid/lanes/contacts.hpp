@@ -1,7 +1,7 @@
 // The contact problem of a pack of bodies at one instant: impulses at points on the ground.
 #pragma once
 
-#include "ifa/rigid/lanes/pack.hpp"
+#include "ifa/rigid/lanes/effects.hpp"
 #include "ifa/rigid/lanes/rare.hpp"
 
 namespace ifa::IFA_LANES_NAMESPACE {
@@ -39,6 +39,7 @@ struct ContactBodies {
   Pack inverse_mass;
   Symmetric inverse_inertia;  // world axes
   double friction, rolling_friction_m, spin_friction_m;
+  bool cone;  // of Coulomb's law; false only where `friction` is 0
 };
 
 // The impulse of a sliding point. With d = (c, s) the unit slip direction after, J = J_n (-mu d, 1), the
@@ -93,12 +94,14 @@ struct Slide {
 };
 
 // Coulomb's law at one point: velocity without its impulse `free`.
-inline Pack3 solve_point(const ContactSlot& p, const Pack3& free, double friction, Mask where, bool alone) {
+inline Pack3 solve_point(const ContactSlot& p, const Pack3& free, const ContactBodies& body, Mask where,
+                         bool alone) {
+  const double friction = body.friction;
   const Pack zero = broadcast(0.0);
   const Mask loaded = where & (free.z < p.target);
   Pack3 impulse = broadcast(0.0, 0.0, 0.0);
   if (!any(loaded)) return impulse;
-  if (friction == 0.0) {
+  if (!body.cone) {
     impulse.z = select(loaded, (p.target - free.z) / p.response.zz, zero);
     return impulse;
   }
@@ -187,6 +190,32 @@ inline void solve_smooth(const ContactBodies& body, ContactSlot* slot, int n, Ma
   }
 }
 
+// What has no friction and a solution without sweeps: several points, or a single one that begins from no
+// impulse. Needs neither matrices of the points nor the cone. Returns where that is so; `points` counts them.
+inline Mask solve_frictionless(const ContactBodies& body, ContactSlot* slot, int n, Mask where, Pack points,
+                               Pack3& velocity, Pack3& spin) {
+  const Pack zero = broadcast(0.0);
+  const Mask several = where & (points >= broadcast(2.0)) & mask_of(n <= lanes::kMostSmooth);
+  if (any(several)) solve_smooth(body, slot, n, several, velocity, spin);
+  Mask solved = several | (where & (points == zero));
+  for (int i = 0; i < n; ++i) {
+    ContactSlot& p = slot[i];
+    const Mask cold = (p.impulse.x == zero) & (p.impulse.y == zero) & (p.impulse.z == zero);
+    const Mask alone = where & p.valid & (points == broadcast(1.0)) & cold;
+    if (!any(alone)) continue;
+    const Pack3 turn = body.inverse_inertia.apply({p.arm.y, -p.arm.x, zero});
+    const Pack response = body.inverse_mass + (turn.x * p.arm.y - turn.y * p.arm.x);
+    const Pack speed = (velocity + cross(spin, p.arm)).z;
+    const Mask pushed = alone & (speed < p.target);
+    const Pack3 push{zero, zero, (p.target - speed) / response};
+    p.impulse = select(pushed, push, p.impulse);
+    velocity = select(pushed, velocity + body.inverse_mass * push, velocity);
+    spin = select(pushed, spin + body.inverse_inertia.apply(cross(p.arm, push)), spin);
+    solved = solved | alone;
+  }
+  return solved;
+}
+
 // Normal impulses that reach the targets without friction: the least-norm solution, so that a symmetric body
 // is loaded symmetrically, and a good start for the sweeps where points are redundant.
 inline void share_load(const ContactBodies& body, ContactSlot* slot, int n, Mask where, const Pack3& velocity,
@@ -271,6 +300,8 @@ inline void solve_contacts(const ContactBodies& body, ContactSlot* slot, int n, 
   // Of the fastest point's speed: a remainder that nobody sees, and one of four points and more on one plane.
   constexpr double kStalled = 3e-6, kStalledPlane = 3e-5;
   const Pack zero = broadcast(0.0), one = broadcast(1.0);
+  const bool friction = body.cone || body.rolling_friction_m > 0.0 || body.spin_friction_m > 0.0;
+  if (friction) count(Effect::friction, where);
   const Symmetric& w = body.inverse_inertia;
   Pack reach = zero, speed = zero, points = zero;
   Mask warm = none();
@@ -283,6 +314,13 @@ inline void solve_contacts(const ContactBodies& body, ContactSlot* slot, int n, 
     reach = select(here, greatest(reach, norm(p.arm)), reach);
     points = points + select(here, one, zero);
     warm = warm | (p.impulse.z > zero);
+  }
+  if (!friction) {
+    where = where & negated(solve_frictionless(body, slot, n, where, points, velocity, spin));
+    if (!any(where)) return;
+  }
+  for (int i = 0; i < n; ++i) {
+    ContactSlot& p = slot[i];
     // columns of 1/m - [r] W [r], by (W (r x e)) x r
     const Pack3 x = cross(w.apply({zero, p.arm.z, -p.arm.y}), p.arm),
                 y = cross(w.apply({-p.arm.z, zero, p.arm.x}), p.arm),
@@ -291,14 +329,6 @@ inline void solve_contacts(const ContactBodies& body, ContactSlot* slot, int n, 
     p.stiffness = inverse(p.response);
   }
   const Mask redundant = where & (points >= broadcast(3.0));
-  const Mask smooth =
-      where & mask_of(body.friction == 0.0 && body.rolling_friction_m == 0.0 && body.spin_friction_m == 0.0) &
-      (points >= broadcast(2.0)) & mask_of(n <= lanes::kMostSmooth);
-  if (any(smooth)) {
-    solve_smooth(body, slot, n, smooth, velocity, spin);
-    where = where & negated(smooth);
-    if (!any(where)) return;
-  }
   const Mask cold = where & redundant & negated(warm);
   if (any(cold)) share_load(body, slot, n, cold, velocity, spin);
   for (int i = 0; i < n; ++i) {
@@ -332,9 +362,9 @@ inline void solve_contacts(const ContactBodies& body, ContactSlot* slot, int n, 
       const Pack3 now = velocity + cross(spin, p.arm);
       const Pack3 free = now - p.response.apply(p.impulse);
       Pack3 impulse = broadcast(0.0, 0.0, 0.0);
-      if (any(here & alone)) impulse = solve_point(p, free, body.friction, here & alone, true);
+      if (any(here & alone)) impulse = solve_point(p, free, body, here & alone, true);
       const Mask swept = here & negated(alone);
-      if (any(swept)) impulse = select(alone, impulse, solve_point(p, free, body.friction, swept, false));
+      if (any(swept)) impulse = select(alone, impulse, solve_point(p, free, body, swept, false));
       const Pack3 delta = impulse - p.impulse;
       p.change = select(here, delta, p.change);
       const Mask moved = here & ((delta.x != zero) | (delta.y != zero) | (delta.z != zero));

@@ -6,11 +6,12 @@
 
 namespace ifa::IFA_LANES_NAMESPACE {
 
-// From `start` on, time 0. The position is a parabola; the rotation a constant spin for an isotropic body,
-// else pieces of a series. Times may only be asked for in ascending order.
+// From `start` on, time 0. The position is a parabola; the rotation a constant spin for a body that does not
+// couple its spin (an isotropic one need not), else pieces of a series. Times may only be asked for in
+// ascending order. `where`: those that are simulated.
 class FlightPath {
  public:
-  FlightPath(const BodyView& body, const Pack3& gravity, const Motion& start);
+  FlightPath(const BodyView& body, const Pack3& gravity, const Motion& start, Mask where);
 
   struct Up {
     Pack3 up, rate;
@@ -41,23 +42,23 @@ class FlightPath {
   Motion start_;
   Pack3 spin_;  // principal axes
   Pack speed_;
-  Pack3 along_, across_, turned_, axis_;  // of the up vector, about the constant spin of an isotropic body
+  Pack3 along_, across_, turned_, axis_;  // of the up vector, about a constant spin
   RotationSeries series_;
 };
 
-inline FlightPath::FlightPath(const BodyView& body, const Pack3& gravity, const Motion& start)
+inline FlightPath::FlightPath(const BodyView& body, const Pack3& gravity, const Motion& start, Mask where)
     : body_(body), gravity_(gravity), start_(start) {
   const Rotation r = rotation(start.orientation);
   spin_ = r.inverse(start.spin);
   speed_ = norm(spin_);
   const Pack zero = broadcast(0.0);
-  if (body.isotropic) {
+  if (!couples_spin(body)) {
     axis_ = select(speed_ > zero, broadcast(1.0) / speed_, zero) * spin_;
     along_ = dot(axis_, r.up()) * axis_;
     across_ = r.up() - along_;
     turned_ = cross(r.up(), axis_);
   } else {
-    series_.expand(body, zero, start.orientation, spin_);
+    series_.expand(body, zero, start.orientation, spin_, where);
   }
 }
 
@@ -68,7 +69,7 @@ inline void FlightPath::reach(Pack time_s, Mask where) {
     const Pack end = series_.start_s + series_.length_s;
     const RotationSeries::Values v = series_.at(end);
     RotationSeries next;
-    next.expand(body_, end, series_.orientation(v), series_.spin(v));
+    next.expand(body_, end, series_.orientation(v), series_.spin(v), beyond);
     if constexpr (kWidth == 1) {
       series_ = next;
       continue;
@@ -90,7 +91,7 @@ inline void FlightPath::reach(Pack time_s, Mask where) {
 }
 
 inline FlightPath::Up FlightPath::up_at(Pack time_s, Mask where) {
-  if (body_.isotropic) {  // Rodrigues: the up vector turns about the spin by -|w| t
+  if (!couples_spin(body_)) {  // Rodrigues: the up vector turns about the spin by -|w| t
     const SinCos turn = sin_cos(speed_ * time_s);
     return {along_ + turn.cosine * across_ + turn.sine * turned_,
             speed_ * (turn.cosine * turned_ - turn.sine * across_)};
@@ -105,7 +106,7 @@ inline Motion FlightPath::at(Pack time_s, Mask where) {
   Motion m;
   m.position = start_.position + time_s * (start_.velocity + (0.5 * time_s) * gravity_);
   m.velocity = start_.velocity + time_s * gravity_;
-  if (body_.isotropic) {
+  if (!couples_spin(body_)) {
     const SinCos half = sin_cos(0.5 * (speed_ * time_s));
     m.orientation = normalized(start_.orientation * Quaternion{half.cosine, half.sine * axis_.x,
                                                                half.sine * axis_.y, half.sine * axis_.z});
@@ -126,7 +127,8 @@ inline Motion FlightPath::at(Pack time_s, Mask where) {
 inline Pack FlightPath::curvature_bound() const {
   const double r = body_.bounding_radius;
   const Pack fall = magnitude(gravity_.z);
-  if (body_.isotropic) return fall + r * (norm(across_) * speed_ * speed_);
+  if (!couples_spin(body_)) return fall + r * (norm(across_) * speed_ * speed_);
+  if (body_.isotropic) return fall + r * (speed_ * speed_);  // its series is of a constant spin
   const Pack never = broadcast(1e300);
   const Pack square[3] = {spin_.x * spin_.x, spin_.y * spin_.y, spin_.z * spin_.z};
   int least_axis = 0, most_axis = 0;
@@ -156,10 +158,13 @@ inline FlightPath::Contact FlightPath::next_contact(Pack limit_s, Mask where) {
   const Pack zero = broadcast(0.0), never = broadcast(1e100);
   const Pack bound = greatest(curvature_bound(), broadcast(1e-290));
   const double size = body_.bounding_radius;
+  if (rings(body_) > 0) count(Effect::circular_edges, where);
+  if (body_.rounding > 0.0) count(Effect::rounding, where);
   // What cannot be told from touching: rounding of the heights. And the step off a grazed ground, in which no
   // point comes down by more than 1e-16 of the size.
   const Pack floor = 1e-14 * (size + magnitude(start_.position.z));
   const Pack least_step = 1e-8 * root(size / bound);
+  const Up unturned{broadcast(0.0, 0.0, 0.0), broadcast(0.0, 0.0, 0.0)};  // whose height no turn changes
   Pack t = zero;
   Mask open = where & (limit_s >= zero), found = none();
   // The step until a point at height h > 0 may touch, where that is before `step`.
@@ -171,7 +176,7 @@ inline FlightPath::Contact FlightPath::next_contact(Pack limit_s, Mask where) {
     step = select(sooner, least(s, step), step);
   };
   for (int i = 0; i < kMostAdvances && any(open); ++i) {
-    const Up u = up_at(t, open);
+    const Up u = body_.centred ? unturned : up_at(t, open);
     const Pack z = height(t) - body_.rounding, climb_rate = climb(t);
     Pack step = never;
     Mask landed = none(), near = none();
@@ -187,7 +192,7 @@ inline FlightPath::Contact FlightPath::next_contact(Pack limit_s, Mask where) {
       arrive(h, rate);
       shorten(step, h, rate, bound);
     }
-    for (int k = 0; k < body_.rings; ++k) {
+    for (int k = 0; k < rings(body_); ++k) {
       const lanes::Ring& ring = body_.ring[k];
       const Pack3 axis = broadcast(ring.axis), centre = broadcast(ring.centre);
       const Pack3 a = u.up - dot(u.up, axis) * axis, b = u.rate - dot(u.rate, axis) * axis;

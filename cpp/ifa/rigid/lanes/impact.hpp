@@ -55,17 +55,18 @@ inline ImpactOutcome resolve_impact(const BodyView& body, Pack micro_speed, Cont
     Pack energy;
     Mask gains;
   };
-  const auto attempt = [&](Mask lanes, double friction) {
+  const auto attempt = [&](Mask lanes, bool cone) {
     Attempt a{m.velocity, m.spin, zero, none()};
     for (int i = 0; i < n; ++i) slot[i].impulse = select(lanes, broadcast(0.0, 0.0, 0.0), slot[i].impulse);
     Pack3 torque = broadcast(0.0, 0.0, 0.0);
-    const ContactBodies problem{broadcast(1.0 / body.mass), inverse_inertia(body, r), friction, 0.0, 0.0};
+    const ContactBodies problem{
+        broadcast(1.0 / body.mass), inverse_inertia(body, r), cone ? body.friction : 0.0, 0.0, 0.0, cone};
     solve_contacts(problem, slot, n, lanes, 1e-12 * scale, kMostSweeps, a.velocity, a.spin, torque);
     a.energy = kinetic_energy(body, a.velocity, r.inverse(a.spin));
     a.gains = lanes & negated(a.energy <= allowed);  // also where it is not a number
     return a;
   };
-  const Attempt wanted = attempt(where, body.friction);
+  const Attempt wanted = attempt(where, body.cone);
   Pack3 velocity = wanted.velocity, spin = wanted.spin;
   if (any(wanted.gains)) {
     const Mask gains = wanted.gains;
@@ -75,9 +76,9 @@ inline ImpactOutcome resolve_impact(const BodyView& body, Pack micro_speed, Cont
     }
     // A jam can keep the sweeps from Coulomb's law, and rounding rules where moments differ by 1e11: then
     // without friction, else from no impulse at all.
-    Attempt dull = attempt(gains, body.friction);
+    Attempt dull = attempt(gains, body.cone);
     if (any(dull.gains)) {
-      const Attempt smooth = attempt(dull.gains, 0.0);
+      const Attempt smooth = attempt(dull.gains, false);
       dull.velocity = select(dull.gains, smooth.velocity, dull.velocity);
       dull.spin = select(dull.gains, smooth.spin, dull.spin);
       dull.velocity = select(smooth.gains, m.velocity, dull.velocity);

@@ -21,7 +21,7 @@ void fly(const BodyView& body, const Settings& settings, Sim* const* sims, int c
     set(limit, l, s.until_s - s.time_s);
   }
   const Mask lanes = first_lanes(count);
-  FlightPath path(body, broadcast(settings.gravity), start);
+  FlightPath path(body, broadcast(settings.gravity), start, lanes);
   const FlightPath::Contact contact = path.next_contact(limit, lanes);
   const Mask in_time = contact.time_s <= limit;
   const Motion end = path.at(select(in_time, contact.time_s, limit), lanes);
@@ -65,7 +65,7 @@ void resolve(const BodyView& body, const Settings& settings, Sim* const* sims, i
 
 void step(const BodyView& body, const Settings& settings, Sim* const* sims, int count, Stop* stops,
           lanes::LoadData* loads) {
-  ContactStep(body, settings, sims, count).run(stops, loads);
+  if constexpr (compiled(Effect::sustained_contact)) ContactStep(body, settings, sims, count).run(stops, loads);
 }
 
 }  // namespace

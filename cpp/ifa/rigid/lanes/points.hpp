@@ -1,12 +1,10 @@
 // Motions of a pack of simulations, and the points with which bodies touch the ground.
 #pragma once
 
-#include "ifa/rigid/lanes/pack.hpp"
-#include "ifa/rigid/lanes/sim.hpp"
+#include "ifa/rigid/lanes/effects.hpp"
 
 namespace ifa::IFA_LANES_NAMESPACE {
 
-using lanes::BodyView;
 using lanes::kMostBearing;
 using lanes::kMostRings;
 using lanes::kMostSettling;
@@ -70,10 +68,10 @@ class Points {
  public:
   Points(const BodyView& body, const Pack3& up) : body_(body) { place_rings(up); }
 
-  int count() const { return body_.vertices + kRingPoints * body_.rings; }
+  int count() const { return body_.vertices + kRingPoints * rings(body_); }
 
   Pack3 at(int point) const {
-    if (point < body_.vertices) return broadcast(body_.vertex + 3 * point);
+    if (is_vertex(point)) return broadcast(body_.vertex + 3 * point);
     return ring_point_[point - body_.vertices];
   }
 
@@ -82,7 +80,7 @@ class Points {
     Pack3 p{};
     for (int l = 0; l < kWidth; ++l) {
       const int k = point_of_lane[l];
-      if (k < body_.vertices) {
+      if (is_vertex(k)) {
         const double* v = body_.vertex + 3 * k;
         set(p.x, l, v[0]), set(p.y, l, v[1]), set(p.z, l, v[2]);
       } else {
@@ -97,6 +95,8 @@ class Points {
   void place_rings(const Pack3& up);
 
  private:
+  bool is_vertex(int point) const { return !compiled(Effect::circular_edges) || point < body_.vertices; }
+
   const BodyView& body_;
   Pack3 ring_point_[kMostRings * kRingPoints];
 };
@@ -105,7 +105,7 @@ inline void Points::place_rings(const Pack3& up) {
   static constexpr double kHalfRoot = 0.70710678118654752440;
   static constexpr double kCosine[kRingPoints] = {1, kHalfRoot, 0, -kHalfRoot, -1, -kHalfRoot, 0, kHalfRoot};
   static constexpr double kSine[kRingPoints] = {0, kHalfRoot, 1, kHalfRoot, 0, -kHalfRoot, -1, -kHalfRoot};
-  for (int k = 0; k < body_.rings; ++k) {
+  for (int k = 0; k < rings(body_); ++k) {
     const lanes::Ring& ring = body_.ring[k];
     const Pack3 axis = broadcast(ring.axis), centre = broadcast(ring.centre);
     const Pack3 tilt = dot(up, axis) * axis - up;
@@ -176,6 +176,8 @@ class Spread {
 inline Bearing touching_points(const BodyView& body, const Points& points, const Motion& m, const Rotation& r,
                                Mask where) {
   Bearing bearing;
+  if (rings(body) > 0) count(Effect::circular_edges, where);
+  if (body.rounding > 0.0) count(Effect::rounding, where);
   const Pack3 up = r.up();
   const Pack z = m.position.z - body.rounding;
   const Pack touch = broadcast(kTouchShare * body.bounding_radius);
@@ -232,7 +234,7 @@ inline Pack approach_speed(const BodyView& body, const Points& points, const Mot
     fastest = select(touches, greatest(fastest, -normal_velocity(m, r.apply(p))), fastest);
   }
   // A circular edge that lies flat approaches fastest somewhere between its points.
-  for (int k = 0; k < body.rings; ++k) {
+  for (int k = 0; k < rings(body); ++k) {
     const lanes::Ring& ring = body.ring[k];
     const Mask flat = z + dot(up, points.at(body.vertices + kRingPoints * k + kRingPoints / 2)) <= touch;
     if (!any(flat)) continue;

@@ -1,12 +1,9 @@
 // Torque-free rotation as power series.
 #pragma once
 
-#include "ifa/rigid/lanes/pack.hpp"
-#include "ifa/rigid/lanes/sim.hpp"
+#include "ifa/rigid/lanes/effects.hpp"
 
 namespace ifa::IFA_LANES_NAMESPACE {
-
-using lanes::BodyView;
 
 // The rotation is split by its conserved momentum. With l the momentum's unit vector in principal axes,
 //   R(t) = R(0) Rot(l0, psi) A,   A the least rotation that takes l(t) to l0,
@@ -24,8 +21,9 @@ struct RotationSeries {
   Pack3 l0, gain;    // l = gain * omega / rate, component by component
   Pack wx[kOrder + 1], wy[kOrder + 1], wz[kOrder + 1], psi[kOrder + 1];
 
-  // `spin` in principal axes.
-  void expand(const BodyView& body, Pack start_time_s, const Quaternion& orientation, const Pack3& spin);
+  // `spin` in principal axes. Counts those of `where`.
+  void expand(const BodyView& body, Pack start_time_s, const Quaternion& orientation, const Pack3& spin,
+              Mask where);
 
   struct Values {
     Pack3 spin;  // over `rate`
@@ -39,7 +37,8 @@ struct RotationSeries {
 };
 
 inline void RotationSeries::expand(const BodyView& body, Pack start_time_s, const Quaternion& orientation,
-                                   const Pack3& spin0) {
+                                   const Pack3& spin0, Mask where) {
+  count(Effect::spin_coupling, where);
   const Pack one = broadcast(1.0), zero = broadcast(0.0);
   start_s = start_time_s;
   start = orientation;

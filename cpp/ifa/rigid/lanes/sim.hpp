@@ -24,17 +24,21 @@ struct BodyView {
   double rounding, bounding_radius;
   double mass, inertia[3];
   bool isotropic;
+  bool centred;       // its one point is its centre of mass: a ball, whose contacts do not depend on its pose
+  bool couples_spin;  // else it turns with a constant spin about a fixed axis
+  bool cone;          // Coulomb's cone is solved, be it of friction 0
   double restitution, friction, rolling_friction_m, spin_friction_m;
 };
 
 struct Settings {
   double gravity[3];
   double step_s, micro_speed, rest_speed, rest_duration_s;
-  double step_speed;    // m/s: what gravity adds in one step; the scale of tolerances
-  double least_bounce;  // m/s: touching points that leave more slowly need sustained contact
+  double step_speed;       // m/s: what gravity adds in one step; the scale of tolerances
+  double least_bounce;     // m/s: touching points that leave more slowly need sustained contact
+  bool sustained_contact;  // else a simulation ends where that begins
 };
 
-enum class Stop : std::int32_t { none, impact, rest, time_limit };
+enum class Stop : std::int32_t { none, impact, rest, time_limit, contact };
 enum class Stage : std::int32_t { flight, contact, rest };
 
 // One simulation in progress. World axes; the orientation maps principal axes to world axes, w x y z.

@@ -14,7 +14,7 @@ inline Pack ContactStep::choose_length(Pack time_s, Pack until_s) {
   constexpr double kTurn = 0.02, kLargestTurn = 0.05;
   constexpr double kShortestStop = 0.25;
   // A circular edge that is nearly flat wobbles: whole steps only.
-  const double most_steps = body_.rings > 0 ? 1.0 : 4.0, most_flat_steps = body_.rings > 0 ? 1.0 : 16.0;
+  const double most_steps = rings(body_) > 0 ? 1.0 : 4.0, most_flat_steps = rings(body_) > 0 ? 1.0 : 16.0;
   const Pack step = broadcast(settings_.step_s), zero = broadcast(0.0);
   const Pack spin = norm(start_.spin);
   Pack length =
@@ -34,7 +34,7 @@ inline Pack ContactStep::choose_length(Pack time_s, Pack until_s) {
   length = least(length, until_s - time_s);
   length = select(length * spin > broadcast(kLargestTurn),
                   kLargestTurn / select(spin > zero, spin, broadcast(1.0)), length);
-  if (body_.rings == 0) return length;
+  if (rings(body_) == 0) return length;
   length = follow_rings(length);
   // Not a long step and then the shred that is left: it would undo the long one's error at a blow.
   const Pack left = until_s - time_s;
@@ -84,13 +84,14 @@ inline void ContactStep::solve(Pack length) {
   const Pack zero = broadcast(0.0);
   end_ = start_;
   Pack3 turn = length * start_.spin;
-  if (body_.rings > 0)
+  if (rings(body_) > 0)
     turn = select(rolls_, length * (start_.spin + (0.5 * length) * last_spin_rate()), turn);
   const Rotation r = rotation(normalized(rotation_exp(turn) * start_.orientation));
   const ContactBodies problem{broadcast(1.0 / body_.mass), inverse_inertia(body_, r), body_.friction,
-                              body_.rolling_friction_m, body_.spin_friction_m};
+                              body_.rolling_friction_m,    body_.spin_friction_m,     body_.cone};
   end_.velocity = start_.velocity + length * gravity_;
-  if (!body_.isotropic) {  // the angular momentum stays, the inertia turns
+  if (couples_spin(body_)) {  // the angular momentum stays, the inertia turns
+    count(Effect::spin_coupling, active_);
     const Pack3 spin = turned_.inverse(start_.spin);
     end_.spin = problem.inverse_inertia.apply(
         turned_.apply({body_.inertia[0] * spin.x, body_.inertia[1] * spin.y, body_.inertia[2] * spin.z}));
@@ -112,13 +113,13 @@ inline void ContactStep::solve(Pack length) {
   }
   const Pack3 free_velocity = end_.velocity;
   const Pack3 free_spin = end_.spin;
-  if (body_.rings > 0) end_.spin = free_spin - problem.inverse_inertia.apply(moment_of_run(r));
+  if (rings(body_) > 0) end_.spin = free_spin - problem.inverse_inertia.apply(moment_of_run(r));
   // A coin's two edges are so near to each other that the sweeps converge slowly: it would rock.
-  const int most_sweeps = body_.rings > 0 ? kMostRingSweeps : kMostSweeps;
-  const Pack tolerance = broadcast((body_.rings > 0 ? kRingTolerance : kTolerance) * settings_.step_speed);
+  const int most_sweeps = rings(body_) > 0 ? kMostRingSweeps : kMostSweeps;
+  const Pack tolerance = broadcast((rings(body_) > 0 ? kRingTolerance : kTolerance) * settings_.step_speed);
   solve_contacts(problem, slot_, slots_, active_, tolerance, most_sweeps, end_.velocity, end_.spin, torque_);
   Mask fresh = none();  // without a last step, whose forces would have told that moment
-  for (int l = 0; body_.rings > 0 && l < count_; ++l)
+  for (int l = 0; rings(body_) > 0 && l < count_; ++l)
     set(fresh, l, get_bit(active_ & rolls_, l) && sims_[l]->bearing == 0);
   if (any(fresh)) {
     end_.velocity = select(fresh, free_velocity, end_.velocity);
@@ -130,7 +131,7 @@ inline void ContactStep::solve(Pack length) {
   // error adds energy where an edge rolls (less than 1 % seen): that is for limit_energy.
   const Pack before = kinetic_energy(body_, free_velocity, r.inverse(free_spin));
   const Pack after = kinetic_energy(body_, end_.velocity, r.inverse(end_.spin));
-  const double most_gain = body_.rings > 0 ? 1e-2 : 1e-6;
+  const double most_gain = rings(body_) > 0 ? 1e-2 : 1e-6;
   const Mask lost = active_ & negated(after <= before * (1.0 + most_gain));
   if (any(lost)) {
     end_.velocity = select(lost, free_velocity, end_.velocity);
@@ -194,7 +195,7 @@ inline Mask ContactStep::land(Pack& length, Motion& m, int* newcomer) {
   // What settles is brought down by the contact problem itself; and a circular edge that wobbles lands softly
   // ever so often, which the projection absorbs.
   Mask hard = active_ & (high_height < broadcast(0.0)) & negated(settling_);
-  if (body_.rings > 0 && any(hard)) {
+  if (rings(body_) > 0 && any(hard)) {
     const Pack speed = -normal_velocity(m, rotation(m.orientation).apply(rolled_.at(newcomer)));
     hard = hard & (speed >= broadcast(settings_.micro_speed));
   }
@@ -254,6 +255,7 @@ inline void ContactStep::run(Stop* stops, lanes::LoadData* loads) {
     if (l < count_) stops[l] = Stop::none;
   }
   active_ = lanes_ & (time < until);
+  count(Effect::sustained_contact, active_);
   bearing_ = touching_points(body_, points_, start_, turned_, active_);
   for (int l = 0; l < count_; ++l) {
     if (!(get_bit(active_, l))) {
@@ -314,7 +316,7 @@ inline void ContactStep::run(Stop* stops, lanes::LoadData* loads) {
       s.slow_since_s = begin_s + share * get(length, l);
     }
     // On three points, or on one round one, standing still is for good: no need to watch it.
-    const bool stable = get(loaded_, l) >= 3.0 || (body_.vertices == 1 && body_.rings == 0);
+    const bool stable = get(loaded_, l) >= 3.0 || (body_.vertices == 1 && rings(body_) == 0);
     s.still_steps = stable && get(speed, l) < 1e-3 * settings_.rest_speed ? s.still_steps + 1 : 0;
     const double slow_s = s.time_s - s.slow_since_s;
     bool rests = slow_s >= kLongestCreep * settings_.rest_duration_s;

@@ -45,13 +45,13 @@ inline void ContactStep::project(Motion& m, Mask landing, const int* newcomer) {
     m.position.z = select(done, m.position.z - lowest, m.position.z);
     open = more;
   }
-  if (body_.rings == 0) return;
+  if (rings(body_) == 0) return;
   // Where a flat edge was taken for a polygon, its arc is still below.
   const Pack3 up = rotation(m.orientation).up();
   const Pack z = m.position.z - body_.rounding;
   rolled_.place_rings(up);
   Pack lowest = broadcast(0.0);
-  for (int k = 0; k < body_.rings; ++k)
+  for (int k = 0; k < rings(body_); ++k)
     lowest = least(lowest, z + dot(up, rolled_.at(body_.vertices + kRingPoints * k)));
   m.position.z = select(active_, m.position.z - lowest, m.position.z);
 }
@@ -137,7 +137,9 @@ inline void ContactStep::keep_bearing(Motion& m, Mask where) {
 inline void ContactStep::limit_energy(Motion& m) const {
   const Rotation r = rotation(m.orientation);
   const Pack kinetic = kinetic_energy(body_, m.velocity, r.inverse(m.spin));
-  const Pack allowed = energy(start_, turned_) + body_.mass * dot(gravity_, m.position);
+  // A constant spin has at each pose another energy: that is the coupling left out, no gain of the contact.
+  const Rotation& of_spin = couples_spin(body_) || body_.isotropic ? turned_ : r;
+  const Pack allowed = energy(start_, of_spin) + body_.mass * dot(gravity_, m.position);
   const Mask gained = active_ & (kinetic > allowed);
   if (!any(gained)) return;
   const Pack scale = root(positive(allowed / kinetic));

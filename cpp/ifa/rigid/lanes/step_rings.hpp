@@ -15,7 +15,7 @@ inline Pack ContactStep::follow_rings(Pack length) {
   const Pack3 up = turned_.up();
   const Pack3 rate = cross(up, turned_.inverse(start_.spin));
   Pack fastest = broadcast(0.0), followed = broadcast(1e300);
-  for (int k = 0; k < body_.rings; ++k) {
+  for (int k = 0; k < rings(body_); ++k) {
     const Pack3 axis = broadcast(body_.ring[k].axis);
     const Pack z = start_.position.z - body_.rounding;
     const Pack3 lowest = points_.at(body_.vertices + kRingPoints * k);
@@ -65,10 +65,13 @@ inline Pack3 ContactStep::last_torque() const {
 
 // By Euler's equations with the forces of the last step.
 inline Pack3 ContactStep::last_spin_rate() const {
-  const Pack3 spin = turned_.inverse(start_.spin);
-  const Pack3 momentum =
-      turned_.apply({body_.inertia[0] * spin.x, body_.inertia[1] * spin.y, body_.inertia[2] * spin.z});
-  Pack3 moment = last_torque() - cross(start_.spin, momentum);
+  Pack3 moment = last_torque();
+  if (couples_spin(body_)) {
+    const Pack3 spin = turned_.inverse(start_.spin);
+    const Pack3 momentum =
+        turned_.apply({body_.inertia[0] * spin.x, body_.inertia[1] * spin.y, body_.inertia[2] * spin.z});
+    moment = moment - cross(start_.spin, momentum);
+  }
   for (int i = 0; i < bearing_.most(); ++i) {
     Pack3 arm = turned_.apply(points_.at(bearing_.point[i]));
     arm.z = arm.z - body_.rounding;
