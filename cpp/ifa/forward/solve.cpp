@@ -73,7 +73,9 @@ class Solver {
 
   Problem problem() const { return {kept_.bodies, kept_.physics, kept_.marks, kept_.plan}; }
 
-  BeamOptions beam_options(int rung) const { return {kLadder[rung], options_.seed, options_.threads}; }
+  BeamOptions beam_options(int rung) const {
+    return {kLadder[rung], options_.seed, options_.threads, needs_no_search() && takes_.empty()};
+  }
 
   // What a rung has found competes with what others did only as a whole.
   void offer(Beam&& beam, std::vector<Solution>&& takes, int rung) {
@@ -129,8 +131,8 @@ class Solver {
     kept_.bodies = own;
   }
 
-  // A single contact needs no search.
-  bool asks_for_a_start() const {
+  // One of the first contacts that can be thrown will do.
+  bool needs_no_search() const {
     const Marks& marks = kept_.marks;
     return marks.size() == 1 && marks.durations_s[0] == 0.0 && marks.constraints.empty() &&
            options_.takes == 1 && options_.events == Events::audible;
@@ -140,15 +142,6 @@ class Solver {
     const int first = std::max(options_.rung, 0),
               last = options_.rung >= 0 ? options_.rung : rung_count() - 1;
     const double from = reached(), parts = last - first + 1;
-    if (asks_for_a_start()) {
-      Progress part(progress_, from, 1.0);
-      Beam beam = take_start(problem(), beam_options(first), &part);
-      if (!beam.leaves.empty()) {
-        auto takes = takes_of(beam);
-        offer(std::move(beam), std::move(takes), first);
-        if (takes_.front().satisfies()) return;
-      }
-    }
     double rung_s = 0.0;
     for (int rung = first; rung <= last; ++rung) {
       // A rung costs about as much more than the last one as it is larger, had that reached the end.
