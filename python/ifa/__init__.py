@@ -29,6 +29,7 @@ from ifa.batch import Batch, SampleStatus, instruction_sets, sample_states, simu
 from ifa.body import Body, MeshWarning
 from ifa.constraints import ConstraintReport, Orientation, Position
 from ifa.database import Database
+from ifa.effects import EFFECTS, EffectState, Plan, plan
 from ifa.estimation import Estimate, Finding, Gap, estimate
 from ifa.explanation import Conflict, Explanation, Repair, explain
 from ifa.marks import Signature
@@ -41,6 +42,7 @@ from ifa.verification import Certificate, verify
 
 __all__ = [
     "CLEARLY_DIFFERENT",
+    "EFFECTS",
     "Batch",
     "Body",
     "Cancelled",
@@ -48,6 +50,7 @@ __all__ = [
     "Conflict",
     "ConstraintReport",
     "Database",
+    "EffectState",
     "Estimate",
     "Event",
     "Explanation",
@@ -61,6 +64,7 @@ __all__ = [
     "Motion",
     "NoMotionError",
     "Orientation",
+    "Plan",
     "Position",
     "Progress",
     "Repair",
@@ -78,6 +82,7 @@ __all__ = [
     "explain",
     "fly",
     "instruction_sets",
+    "plan",
     "sample_states",
     "simulate",
     "simulate_batch",

@@ -16,6 +16,7 @@ from ifa._core import IfaValueError
 from ifa.body import Body
 from ifa.constraints import Constraint
 from ifa.database import Database
+from ifa.effects import Plan, checked_marks, forced_effects
 from ifa.marks import HEARING, Signature
 from ifa.solution import Event, Motion, Solution
 
@@ -44,6 +45,7 @@ def solve(
     reuse: Solution | None = None,
     database: Database | str | os.PathLike[str] | None = None,
     search: str = "exact",
+    effects: Mapping[str, bool] | None = None,
 ) -> Solution:
     """Find a motion of `body` whose audible hits land on `marks`.
 
@@ -81,6 +83,9 @@ def solve(
         search: For method="graph": "exact", the best path of the graph (to a bound that
             `solution.search` states), or "branch_and_bound", the paper's search (section 5.5),
             which looks five events ahead and stops at a Score of 0.3.
+        effects: Names of `ifa.EFFECTS` that are forced on (True) or off (False). The others are
+            planned from body, marks and options, as `ifa.plan` does; `solution.effects` says which
+            are on, because of what, and how often each ran.
 
     The best motion found is returned even if it is not `succeeded`; it may miss marks
     (`missed_hits` above 0) or hit where there is none (`extra_hits`). Raises IfaValueError naming
@@ -90,17 +95,10 @@ def solve(
     With method="graph", simulated flights of a database are strung together by connections (section
     5); `material="fit"` and `reuse` are not for it, and `seed` plays no part: the database has one.
     """
-    if not isinstance(body, Body):
-        raise IfaValueError("body: needs an ifa.Body")
-    if not isinstance(marks, Signature):
-        raise IfaValueError("marks: needs an ifa.Signature")
-    _one_of(method, "method", "forward", "graph")
-    _one_of(search, "search", "exact", "branch_and_bound")
-    _one_of(events, "events", "audible", "contact")
-    _one_of(material, "material", "given", "fit")
-    asked = poses.sequence(constraints)
-    if asked:
-        marks = marks.with_constraints(asked)
+    marks = checked_marks(
+        body, marks, method=method, events=events, material=material, constraints=constraints
+    )
+    arguments.one_of(search, "search", "exact", "branch_and_bound")
     if reuse is not None and not isinstance(reuse, Solution):
         raise IfaValueError("reuse: needs an ifa.Solution")
     if reuse is not None and reuse.kept is None:
@@ -119,6 +117,7 @@ def solve(
         "takes": arguments.whole(takes, "takes", MOST_TAKES, least=1),
         "lead_in_s": arguments.positive(lead_in_s, "lead_in_s"),
         "progress": progress,
+        "forced": forced_effects(effects),
     }
     workers = arguments.threads(threads)
     hearing = {**HEARING, "events": events}
@@ -155,7 +154,6 @@ def solve(
         body,
         marks,
         solve_s=time.perf_counter() - began,
-        effects=_effects(body, marks, material),
         hearing=hearing,
         seed=whole_seed,
         energy_gain_j=gain,
@@ -212,27 +210,9 @@ def _solution(
         marks=marks,
         events=events,
         constraints=poses.reports(marks.constraints, found.pop("constraints")),
+        effects=Plan(found.pop("effects")),
         others=others,
         search={} if kind is None else {"kind": kind, "score": score, "bound": bound},
         **found,
         **rest,
     )
-
-
-def _effects(body: Body, marks: Signature, material: str) -> dict[str, bool]:
-    """Which effects the solve took into account."""
-    inertia = np.linalg.eigvalsh(body.inertia_kg_m2)
-    return {
-        "amplitude_matching": marks.amplitudes is not None,
-        "length_matching": bool((np.asarray(marks.durations_s) > 0.0).any()),
-        "settling_to_rest": marks.ending == "rest",
-        "spin_coupling": bool(inertia[2] - inertia[0] > 1e-12 * inertia[2]),
-        "friction": body.friction > 0.0,
-        "material_fit": material == "fit",
-    }
-
-
-def _one_of(value: str, field: str, *wanted: str) -> None:
-    if value not in wanted:
-        names = " or ".join(f'"{name}"' for name in wanted)
-        raise IfaValueError(f"{field}: must be {names}, got {value!r}")
