@@ -25,6 +25,7 @@ from ifa._core import (
     ReplayError,
     __version__,
 )
+from ifa.accuracy import ACCURACIES, Accuracy
 from ifa.batch import Batch, SampleStatus, instruction_sets, sample_states, simulate_batch
 from ifa.body import Body, MeshWarning
 from ifa.constraints import ConstraintReport, Orientation, Position
@@ -33,16 +34,19 @@ from ifa.effects import EFFECTS, EffectState, Plan, plan
 from ifa.estimation import Estimate, Finding, Gap, estimate
 from ifa.explanation import Conflict, Explanation, Repair, explain
 from ifa.marks import Signature
+from ifa.prediction import predict, predict_all
 from ifa.simulation import Hits, Run, State, fly, simulate
-from ifa.solution import Event, Motion, Solution
+from ifa.solution import Event, Motion, Prediction, Solution, Stage
 from ifa.solving import CLEARLY_DIFFERENT, solve
 from ifa.symmetry import Symmetry
 from ifa.tradeoff import TradeoffReport, tradeoff
 from ifa.verification import Certificate, verify
 
 __all__ = [
+    "ACCURACIES",
     "CLEARLY_DIFFERENT",
     "EFFECTS",
+    "Accuracy",
     "Batch",
     "Body",
     "Cancelled",
@@ -66,6 +70,7 @@ __all__ = [
     "Orientation",
     "Plan",
     "Position",
+    "Prediction",
     "Progress",
     "Repair",
     "ReplayError",
@@ -73,6 +78,7 @@ __all__ = [
     "SampleStatus",
     "Signature",
     "Solution",
+    "Stage",
     "State",
     "Symmetry",
     "TradeoffReport",
@@ -83,6 +89,8 @@ __all__ = [
     "fly",
     "instruction_sets",
     "plan",
+    "predict",
+    "predict_all",
     "sample_states",
     "simulate",
     "simulate_batch",

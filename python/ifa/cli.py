@@ -62,6 +62,7 @@ def _solve(options: argparse.Namespace) -> int:
     if options.explain:
         plan = ifa.plan(body, marks, events=options.events, material=options.material, **effects)
         _say(plan.line())
+    predicted = _predicted(options, body, marks)
     progress = ifa.Progress()
     try:
         solution = watched(
@@ -70,6 +71,7 @@ def _solve(options: argparse.Namespace) -> int:
                 marks,
                 **_search_options(options),
                 **effects,
+                **predicted,
                 database=options.database,
                 search=options.search,
                 takes=options.takes,
@@ -156,14 +158,38 @@ def _explain(options: argparse.Namespace) -> int:
 
 def _search_options(options: argparse.Namespace) -> dict[str, Any]:
     """What a solve and an explanation have in common."""
-    return {
+    asked = {
         "events": options.events,
         "material": options.material,
         "energy_gain_j": options.energy_gain,
         "seed": options.seed,
-        "time_budget_s": options.time_budget,
         "threads": options.threads,
     }
+    if options.time_budget is not None:
+        asked["time_budget_s"] = options.time_budget
+    return asked
+
+
+def _predicted(options: argparse.Namespace, body: ifa.Body, marks: ifa.Signature) -> dict[str, Any]:
+    """The accuracy asked for, if one is, and what is expected of it, which is said at once."""
+    if options.accuracy is None:
+        return {}
+    if options.method != "forward" or options.rung is not None or options.takes > 1:
+        return {"accuracy": options.accuracy}  # a prediction is of a climb to one motion
+    progress = ifa.Progress()
+    prediction = watched(
+        lambda: ifa.predict(
+            body,
+            marks,
+            accuracy=options.accuracy,
+            lead_in_s=options.lead_in,
+            progress=progress,
+            **_search_options(options),
+        ),
+        progress,
+    )
+    _say(report.prediction_text(prediction))
+    return {"accuracy": options.accuracy, "prediction": prediction}
 
 
 def _request(options: argparse.Namespace) -> tuple[ifa.Body, ifa.Signature]:

@@ -58,6 +58,12 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
         help="for --method graph: the best path (default), or the paper's search",
     )
     solve.add_argument(
+        "--accuracy",
+        choices=tuple(ifa.ACCURACIES),
+        help="draft is fast, good (default) plausible, best goes on; given here, seconds and error "
+        "of one take are predicted before, which takes a second at most, and compared after",
+    )
+    solve.add_argument(
         "--rung",
         type=int,
         metavar="N",
@@ -288,9 +294,8 @@ def _add_search(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--time-budget",
         type=float,
-        default=10.0,
         metavar="S",
-        help="begin no larger search after so many seconds (default 10)",
+        help="begin no larger search after so many seconds (default 10; --accuracy best 60)",
     )
     _add_threads(parser)
 

@@ -11,19 +11,26 @@ from typing import Any
 import numpy as np
 
 from ifa import _core, arguments
+from ifa import accuracy as accuracies
 from ifa import constraints as poses
 from ifa._core import IfaValueError
+from ifa.accuracy import Accuracy
 from ifa.body import Body
 from ifa.constraints import Constraint
 from ifa.database import Database
 from ifa.effects import Plan, checked_marks, forced_effects
 from ifa.marks import HEARING, Signature
-from ifa.solution import Event, Motion, Solution
+from ifa.solution import Event, Motion, Prediction, Solution, Stage
 
 CLEARLY_DIFFERENT: float = _core.CLEARLY_DIFFERENT
 """How much takes differ at least: `Motion.difference` from the first to the last mark."""
 
 MOST_TAKES = 1000  # of one solve
+
+EXPERT: dict[str, dict[str, int]] = {  # by method: names, and the least value
+    "forward": {"roots": 1, "variants": 0},
+    "graph": {"states": 1, "neighbours": 1, "children": 1},
+}
 
 
 def solve(
@@ -33,7 +40,8 @@ def solve(
     method: str = "forward",
     events: str = "audible",
     seed: int = 0,
-    time_budget_s: float = 10.0,
+    accuracy: str | Accuracy = "good",
+    time_budget_s: float | None = None,
     threads: int | None = None,
     material: str = "given",
     energy_gain_j: float = 0.0,
@@ -45,6 +53,8 @@ def solve(
     reuse: Solution | None = None,
     database: Database | str | os.PathLike[str] | None = None,
     search: str = "exact",
+    expert: Mapping[str, int] | None = None,
+    prediction: Prediction | None = None,
     effects: Mapping[str, bool] | None = None,
 ) -> Solution:
     """Find a motion of `body` whose audible hits land on `marks`.
@@ -58,8 +68,12 @@ def solve(
             silent contact. "contact": marks are intervals of contact, between them it flies (paper
             section 4).
         seed: Of the random numbers: another one finds another motion.
-        time_budget_s: The search climbs a ladder of rungs until a motion is plausible; a rung that
-            the budget leaves too little time for is not begun, and one begun is finished.
+        accuracy: "draft" climbs until a motion has succeeded, "good" until one is plausible, "best"
+            goes on and keeps the best (`ifa.ACCURACIES`); or an `ifa.Accuracy` of one's own. For
+            method="forward".
+        time_budget_s: The search climbs a ladder of rungs until a motion is as `accuracy` asks; a
+            rung that the budget leaves too little time for is not begun, and one begun is finished.
+            None: that of `accuracy`.
         threads: 1 or more, None is one for each core; the result does not depend on it.
         material: "given" keeps the body's restitution and friction, "fit" chooses them.
         energy_gain_j: How much a contact may add to the energy, J.
@@ -71,8 +85,8 @@ def solve(
             plausible but does not meet them, the ladder is climbed on. `solution.constraints` says
             how each was met.
         progress: Read its `fraction` and call its `cancel()` from another thread.
-        rung: Run just this one, so that the result depends on no clock: the same seed and rung give
-            the same motion, byte for byte.
+        rung: Run just this one of the ladder of `accuracy`, so that the result depends on no clock:
+            the same seed and rung give the same motion, byte for byte.
         lead_in_s: How long the motion flies before the first mark, s; less where an earlier contact
             comes, or the sound begins later than that.
         reuse: An earlier solution of the same body and options. What its marks and these have in
@@ -83,6 +97,12 @@ def solve(
         search: For method="graph": "exact", the best path of the graph (to a bound that
             `solution.search` states), or "branch_and_bound", the paper's search (section 5.5),
             which looks five events ahead and stops at a Score of 0.3.
+        expert: Sizes inside the searches, to measure what they cost (`ifa tradeoff`); None and what
+            is left out is what was found best. Of "forward": `roots`, how many changes that meet
+            the next mark are sought for each state, and `variants` of each. Of "graph": `states` of
+            a layer of the exact search, `neighbours`, the transitions of a node that it looks at,
+            and `children` of a node in branch and bound.
+        prediction: What `ifa.predict` has said of this solve; the solution carries it.
         effects: Names of `ifa.EFFECTS` that are forced on (True) or off (False). The others are
             planned from body, marks and options, as `ifa.plan` does; `solution.effects` says which
             are on, because of what, and how often each ran.
@@ -99,6 +119,13 @@ def solve(
         body, marks, method=method, events=events, material=material, constraints=constraints
     )
     arguments.one_of(search, "search", "exact", "branch_and_bound")
+    preset = accuracies.named(accuracy)
+    if method == "graph" and accuracy != "good":
+        raise IfaValueError('accuracy: is for method="forward"')
+    if prediction is not None and not isinstance(prediction, Prediction):
+        raise IfaValueError("prediction: needs an ifa.Prediction")
+    if prediction is not None and prediction.accuracy != preset.name:
+        raise IfaValueError(f'prediction: is of "{prediction.accuracy}", not "{preset.name}"')
     if reuse is not None and not isinstance(reuse, Solution):
         raise IfaValueError("reuse: needs an ifa.Solution")
     if reuse is not None and reuse.kept is None:
@@ -111,13 +138,16 @@ def solve(
         raise IfaValueError(f"energy_gain_j: must be finite and 0 or more, got {gain:g}")
     whole_seed = arguments.whole(seed, "seed", 2**64 - 1)
     common: dict[str, Any] = {
-        "time_budget_s": arguments.positive(time_budget_s, "time_budget_s"),
+        "time_budget_s": arguments.positive(
+            preset.time_budget_s if time_budget_s is None else time_budget_s, "time_budget_s"
+        ),
         "energy_gain_j": gain,
-        "rung": _rung(rung, _core.RUNGS if method == "forward" else _core.GRAPH_RUNGS),
+        "rung": _rung(rung, len(preset.ladder) if method == "forward" else _core.GRAPH_RUNGS),
         "takes": arguments.whole(takes, "takes", MOST_TAKES, least=1),
         "lead_in_s": arguments.positive(lead_in_s, "lead_in_s"),
         "progress": progress,
         "forced": forced_effects(effects),
+        **_expert(expert, method),
     }
     workers = arguments.threads(threads)
     hearing = {**HEARING, "events": events}
@@ -147,6 +177,9 @@ def solve(
             fit_material=material == "fit",
             contact=events == "contact",
             reuse=None if reuse is None else reuse.kept,
+            ladder=preset.ladder,
+            until_succeeded=preset.until == "succeeded",
+            least_rung=preset.least_rung,
             **common,
         )
     return _solution(
@@ -159,6 +192,8 @@ def solve(
         energy_gain_j=gain,
         method=method,
         kind=search if method == "graph" else None,
+        accuracy=preset.name if method == "forward" else None,
+        prediction=prediction,
     )
 
 
@@ -178,6 +213,19 @@ def _database_for(
             f'events: {database.path} was built with "{database.events}", not "{events}"'
         )
     return database
+
+
+def _expert(expert: Mapping[str, int] | None, method: str) -> dict[str, int]:
+    """The sizes that are given, checked."""
+    known = EXPERT[method]
+    given = dict(expert or {})
+    for name in given:
+        if name not in known:
+            raise IfaValueError(f'expert: method="{method}" has {", ".join(known)}, got {name!r}')
+    return {
+        name: arguments.whole(value, f"expert: {name}", 2**31 - 1, least=known[name])
+        for name, value in given.items()
+    }
 
 
 def _rung(rung: int | None, rungs: int) -> int:
@@ -212,6 +260,7 @@ def _solution(
         constraints=poses.reports(marks.constraints, found.pop("constraints")),
         effects=Plan(found.pop("effects")),
         others=others,
+        history=tuple(Stage(**stage) for stage in found.pop("history")),
         search={} if kind is None else {"kind": kind, "score": score, "bound": bound},
         **found,
         **rest,

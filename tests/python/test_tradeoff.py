@@ -168,6 +168,26 @@ def test_a_run_that_would_end_too_late_is_not_begun():
     assert point.not_reached >= 45  # at most 1 s / 0.2 s runs fit
 
 
+def test_long_runs_wait_where_time_is_short():
+    """A setting that is expected to take many times its share of the time goes to the end."""
+    order = []
+
+    def noted(name, time_s):
+        def run(repeat):
+            order.append(name)
+            time.sleep(time_s)
+            return Outcome(1.0, 1.0)
+
+        return Setting(name, run)
+
+    slow = study(noted("first", 0.2), noted("longer", 0.0), knob="slow")
+    fast = study(*(noted(f"fast {k}", 0.0) for k in range(60)), knob="fast")
+    measure([slow, fast], repeats=1, deadline_s=time.monotonic() + 5.0)
+    del order[:2]  # to warm up
+    assert order[-1] == "longer"  # 3 times 0.2 s, of 60 shares of 5 s
+    assert sorted(order) == sorted(["first", "longer", *(f"fast {k}" for k in range(60))])
+
+
 def test_cancelling_stops_between_runs():
     progress = ifa.Progress()
 

@@ -10,10 +10,17 @@
 
 namespace ifa {
 
+// How each state's impact is changed on the way to its next event.
+struct Proposals {
+  int roots = 3;     // searches for a change that meets the next mark, at most
+  int variants = 4;  // of each change that does
+};
+
 struct BeamOptions {
   int beam = 300;  // states kept at each event
   std::uint64_t seed = 0;
   int threads = 0;
+  Proposals proposals;
 };
 
 // A candidate of the last level with the way its motion ends.
@@ -36,8 +43,8 @@ struct Beam {
 Beam search_beam(const Problem& problem, const BeamOptions& options, Progress* progress,
                  const Beam* kept = nullptr, std::size_t same = 0);
 
-// For a single mark without a span: the first contact that search_beam would choose, without the others, if one
-// ends as asked just so. Without levels where none does.
+// For a single mark without a span: a first contact after which the motion ends as asked just so, of as few as
+// had to be tried. Without levels where there is none.
 Beam take_start(const Problem& problem, const BeamOptions& options, Progress* progress);
 
 Found trace(const Beam& beam, const Leaf& leaf);

@@ -40,7 +40,7 @@ def engine_step(scene: Scene, *, quick: bool) -> Study:
         dict.fromkeys(engines, reference),
         f"The reference is the event engine at {_step_name(finest_s)}"
         f"{_convergence(throws, reference, engines[_EVENT], finest_s)}. ODE solves impacts in "
-        "another way, with a friction pyramid in place of a cone, which no step takes away.",
+        "another way, with friction in a box in place of a cone, which no step takes away.",
     )
 
 

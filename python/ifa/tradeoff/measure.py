@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from statistics import median
@@ -15,6 +16,8 @@ from ifa.tradeoff.pareto import pareto_front
 # Where a setting has not been run yet it is expected to take so many times as long as the one
 # before it in its study: steps and sizes are mostly doubled or tripled.
 _GROWTH = 3.0
+# A run that would take so many times its share of the time that is left waits for the shorter ones.
+_PATIENCE = 4.0
 
 
 def measure(
@@ -27,7 +30,8 @@ def measure(
     """Run every setting of all studies `repeats` times and make the curves.
 
     All settings are run once before any is run again, the first ones of all studies before the
-    second ones, so that a machine that slows down slows all of them. Before that the first setting
+    second ones, so that a machine that slows down slows all of them; where time is short, long runs
+    go to the end of their round. Before that the first setting
     of each study is run once without being counted: caches, threads and the clock warm up.
 
     Args:
@@ -46,7 +50,7 @@ def measure(
     def expected_s(study: int, row: int) -> float:
         if (study, row) in took_s:
             return took_s[study, row]
-        return _GROWTH * took_s.get((study, row - 1), 0.0)
+        return _GROWTH * expected_s(study, row - 1) if row else 0.0
 
     order = list(_round_robin(studies))
     runs = max(1, repeats * len(order) + len(studies))
@@ -70,7 +74,13 @@ def measure(
         if study.settings:
             turn(index, 0, 0)
     for repeat in range(repeats):
-        for index, row in order:
+        pending, deferred = deque(order), deque[tuple[int, int]]()
+        while pending or deferred:
+            index, row = (pending or deferred).popleft()
+            share_s = (deadline_s - time.monotonic()) / (1 + len(pending) + len(deferred))
+            if pending and expected_s(index, row) > _PATIENCE * share_s:
+                deferred.append((index, row))
+                continue
             outcome = turn(index, row, repeat)
             if outcome is not None:
                 outcomes.setdefault((index, row), []).append(outcome)

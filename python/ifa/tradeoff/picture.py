@@ -7,19 +7,21 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Sequence
+import time
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ifa._core import IfaError
-from ifa.tradeoff.curve import Curve, Point
+from ifa.tradeoff.curve import Curve, Point, Study
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _INK, _FAINT, _GRID, _FRONT, _FAILED = "#22313f", "#8a8f98", "#e3e7eb", "#edae49", "#d1495b"
 _COLOURS = ("#2a7f9e", "#8a4f7d", "#5d9e84", "#b5651d", "#4c5b8f", "#777777")
 _MARKERS = ("o", "s", "^", "D", "v", "P")
-_SIZE_IN, _DPI = (6.8, 4.3), 100
+_SIZE_IN, _PANEL_IN, _DPI = (6.8, 4.3), (4.0, 2.75), 100
 _MARGIN = 1.9  # factor beyond the outermost points, for bars and labels
 # Where the label of a point may stand: offset in points, alignment.
 _PLACES = (
@@ -41,25 +43,81 @@ def check_matplotlib() -> None:
         ) from error
 
 
+def drawing_time_s() -> float:
+    """How long one picture takes, here and now: of a made-up curve, drawn twice."""
+    points = tuple(
+        Point(
+            f"setting {k}", "", 2.0**k, (2.0**k, 3.0**k), 3.0**-k, (4.0**-k, 3.0**-k), 3, (), True
+        )
+        for k in range(8)
+    )
+    took_s = 0.0
+    for _ in range(2):  # the first time loads matplotlib and its fonts
+        began_s = time.perf_counter()
+        png(Curve(Study("drawing", "Drawing", "error", ()), points))
+        took_s = time.perf_counter() - began_s
+    return took_s
+
+
 def png(curve: Curve) -> bytes:
     """The picture of a curve with points."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=_SIZE_IN, dpi=_DPI, facecolor="white")
-    renderer = FigureCanvasAgg(figure).get_renderer()  # it measures the labels
+    figure, renderer = _new_figure(_SIZE_IN)
     axes = figure.add_subplot()
     figure.subplots_adjust(left=0.12, right=0.975, top=0.83, bottom=0.135)
     _draw(axes, curve, renderer)
-    figure.text(
-        0.12, 0.945, curve.study.title, fontsize=11.5, color=_INK, va="center", weight="bold"
-    )
-    handles, names = axes.get_legend_handles_labels()
-    figure.legend(
-        handles, names, loc="center left", bbox_to_anchor=(0.11, 0.875), ncols=len(names),
-        frameon=False, fontsize=8, labelcolor=_INK, borderpad=0.0, borderaxespad=0.0,
-        columnspacing=1.0, handlelength=1.4, handletextpad=0.5,
+    _title(figure, curve.study.title, 0.12, 0.945, 0.875)
+    return _bytes(figure)
+
+
+def panels_png(curves: Mapping[str, Curve], columns: int = 3) -> bytes:
+    """The same study on several scenes, by name: a panel for each."""
+    rows = -(-len(curves) // columns)
+    height_in = 0.9 + _PANEL_IN[1] * rows
+    width_in = max(_PANEL_IN[0] * columns, _SIZE_IN[0])  # room for the legend
+    left = 0.75 / width_in
+    figure, renderer = _new_figure((width_in, height_in))
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    figure.subplots_adjust(
+        left=left, right=0.99, top=1.0 - 0.85 / height_in, bottom=0.48 / height_in, wspace=0.24,
+        hspace=0.38,
     )  # fmt: skip
+    for axes in grid[len(curves) :]:
+        axes.set_axis_off()
+    for k, (axes, (name, curve)) in enumerate(zip(grid, curves.items(), strict=False)):
+        _draw(axes, curve, renderer)
+        axes.set_title(name, fontsize=9.5, color=_INK, loc="left", pad=4)
+        if k % columns:
+            axes.set_ylabel("")
+        if k < len(curves) - columns:
+            axes.set_xlabel("")
+    title = next(iter(curves.values())).study.title
+    _title(figure, title, left, 1.0 - 0.2 / height_in, 1.0 - 0.46 / height_in)
+    return _bytes(figure)
+
+
+def _new_figure(size_in: tuple[float, float]) -> tuple[Figure, Any]:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size_in, dpi=_DPI, facecolor="white")
+    return figure, FigureCanvasAgg(figure).get_renderer()  # which measures the labels
+
+
+def _title(figure: Figure, title: str, x: float, y: float, legend_y: float) -> None:
+    """The title, and under it one legend of all panels."""
+    figure.text(x, y, title, fontsize=11.5, color=_INK, va="center", weight="bold")
+    entries: dict[str, Any] = {}
+    for axes in figure.axes:
+        handles, names = axes.get_legend_handles_labels()
+        entries |= dict(zip(names, handles, strict=True))
+    figure.legend(
+        list(entries.values()), list(entries), loc="center left", frameon=False, fontsize=8,
+        bbox_to_anchor=(x - 0.01, legend_y), ncol=max(1, len(entries)), labelcolor=_INK,
+        borderpad=0.0, borderaxespad=0.0, columnspacing=1.0, handlelength=1.4, handletextpad=0.5,
+    )  # fmt: skip
+
+
+def _bytes(figure: Figure) -> bytes:
     out = io.BytesIO()
     figure.savefig(out, format="png", metadata={"Software": None})
     return out.getvalue()
@@ -82,8 +140,8 @@ def _draw(axes: Axes, curve: Curve, renderer: Any) -> None:
     if has_zero:
         axes.axhspan(axes.get_ylim()[0], floor, color="#eef1f4", zorder=0)
         axes.text(
-            0.006, zero, "no error", transform=axes.get_yaxis_transform(), fontsize=7.5,
-            color=_FAINT, va="center",
+            0.006, 0.012, "no error", transform=axes.transAxes, fontsize=7, color=_FAINT,
+            va="bottom",
         )  # fmt: skip
 
     places: dict[int, tuple[float, float]] = {
@@ -98,15 +156,15 @@ def _draw(axes: Axes, curve: Curve, renderer: Any) -> None:
     series = list(dict.fromkeys(point.series for point in curve.points))
     for k, name in enumerate(series):
         own = [point for point in shown if point.series == name]
-        if own:
-            _draw_series(axes, own, places, name, k, floor)
+        _draw_series(axes, own, places, name, k, floor)
     lossy = [places[id(point)] for point in shown if point.losses or point.failures]
     if lossy:
         axes.plot(
             *zip(*lossy, strict=True), "x", color=_FAILED, ms=10, mew=1.6, zorder=4,
             label="in part failed",
         )  # fmt: skip
-    top = axes.get_ylim()[1] / 1.22
+    low, high = axes.get_ylim()
+    top = high * (low / high) ** 0.07  # a little below the edge
     if failed:
         axes.plot(
             [point.time_s for point in failed], [top] * len(failed), "X", color=_FAILED, ms=8,
@@ -118,14 +176,22 @@ def _draw(axes: Axes, curve: Curve, renderer: Any) -> None:
     _label(
         axes,
         [(places[id(p)], p.label, colours[p.series]) for p in shown]
-        + [(places[id(p)], p.label, _FAILED) for p in failed],
+        + [(places[id(p)], p.label, colours[p.series]) for p in failed],
         renderer,
     )
-    left_out = [point.label for point in curve.points if not point.repeats]
+    if not shown:
+        axes.set_yticks([], [])
+        axes.set_yticks([], [], minor=True)
+    left_out = [
+        f"{point.series}, {point.label}" if point.series else point.label
+        for point in curve.points
+        if not point.repeats
+    ]
     if left_out:
+        more = f" and {len(left_out) - 3} more" if len(left_out) > 3 else ""
         axes.text(
-            0.99, 0.02, f"not reached in time: {', '.join(left_out)}", transform=axes.transAxes,
-            ha="right", fontsize=7.5, color=_FAILED,
+            0.99, 0.02, f"not reached in time: {'; '.join(left_out[:3])}{more}", color=_FAILED,
+            transform=axes.transAxes, ha="right", fontsize=7,
         )  # fmt: skip
 
 
@@ -150,8 +216,11 @@ def _draw_series(
     index: int,
     floor: float,
 ) -> None:
-    """Markers joined by a line where the series has a name, with bars from least to most."""
-    x, y = zip(*(places[id(point)] for point in points), strict=True)
+    """Markers joined by a line where the series has a name, with bars from least to most.
+
+    One without points is only in the legend.
+    """
+    x, y = [places[id(p)][0] for p in points], [places[id(p)][1] for p in points]
     colour = _colour(index)
     axes.plot(
         x, y, ls="-" if name else "", color=colour, marker=_MARKERS[index % len(_MARKERS)], ms=4.5,
@@ -178,7 +247,7 @@ def _dress(axes: Axes, curve: Curve) -> None:
             (1.0,) if decades > 2.2 else (1.0, 2.0, 5.0) if decades > 0.7 else tuple(range(1, 10))
         )
         axis.set_major_locator(LogLocator(subs=subs, numticks=12))
-        axis.set_major_formatter(FuncFormatter(_time_name if unit else _error_name))
+        axis.set_major_formatter(FuncFormatter(time_name if unit else _error_name))
         axis.set_minor_locator(LogLocator(subs=tuple(range(1, 10)), numticks=12))
         axis.set_minor_formatter(NullFormatter())
     axes.grid(color=_GRID, lw=0.6)
@@ -199,7 +268,8 @@ def _error_name(error: float, _: Any) -> str:
     return f"$10^{{{exponent}}}$" if leading == 1 else f"${leading}\\cdot 10^{{{exponent}}}$"
 
 
-def _time_name(time_s: float, _: Any) -> str:
+def time_name(time_s: float, _: Any = None) -> str:
+    """A time in the unit that suits it; matplotlib's tickers give the position as well."""
     for unit, scale in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
         if time_s >= 0.999 * scale:
             return f"{time_s / scale:.3g} {unit}"

@@ -25,6 +25,7 @@ _RADII = (0.0, 0.01, 0.02, 0.05, 0.1)  # of the bounding radius
 _RATES = (0.0, 0.5, 0.8, 1.25, 2.0)  # of the radius that the body has
 
 _Shape = tuple[str, Callable[[], Body]]  # a label, and what makes the body
+_Shapes = tuple[Sequence[_Shape], str]  # and why there are none
 
 
 def hull_detail_contacts(scene: Scene, *, quick: bool) -> Study:
@@ -51,11 +52,11 @@ def rounding_mass(scene: Scene, *, quick: bool) -> Study:
     return _mass(scene, "rounding", "Rounding: mass properties", _rounded(scene.body, quick))
 
 
-def _coarser(body: Body, quick: bool) -> list[_Shape]:
-    """The body with fewer vertices, and as it is; empty where it has none to spare."""
+def _coarser(body: Body, quick: bool) -> _Shapes:
+    """The body with fewer vertices, and as it is; none where it has none to spare."""
     vertices, rings = len(body.vertices_m), len(body.rings_m)
     if vertices < 5 and not rings:
-        return []
+        return [], "The body has too few vertices for a coarser hull."
     most = len(body.outline_m)
     counts = [count for count in _DETAIL if count < most]
     if quick:
@@ -64,11 +65,11 @@ def _coarser(body: Body, quick: bool) -> list[_Shape]:
     return [
         *((str(count), lambda count=count: body.with_hull_detail(count)) for count in counts),
         (whole, lambda: body),
-    ]
+    ], ""
 
 
-def _rounded(body: Body, quick: bool) -> list[_Shape]:
-    """The body with other radii, and as it is; empty where its shape allows no other."""
+def _rounded(body: Body, quick: bool) -> _Shapes:
+    """The body with other radii, and as it is; none where its shape allows no other."""
     own_m = body.radius_m
     size_m = own_m + float(np.linalg.norm(body.outline_m, axis=1).max())
     radii_m = [own_m * rate for rate in _RATES] if own_m > 0.0 else [size_m * r for r in _RADII]
@@ -77,24 +78,19 @@ def _rounded(body: Body, quick: bool) -> list[_Shape]:
         radii_m = radii_m[::2]
     try:
         body.with_rounding(radii_m[0])
-    except IfaError:
-        return []
+    except IfaError as error:
+        return [], f"The body has no other rounding: {error}."
     return [
         *(
             (f"{1e3 * radius_m:.3g} mm", lambda radius_m=radius_m: body.with_rounding(radius_m))
             for radius_m in radii_m
         ),
         (f"{1e3 * own_m:.3g} mm, the body's", lambda: body),
-    ]
+    ], ""
 
 
-_NOTHING = {
-    "hull_detail": "The body has too few vertices for a coarser hull.",
-    "rounding": "The body's shape allows no other rounding.",
-}
-
-
-def _contacts(scene: Scene, knob: str, title: str, shapes: Sequence[_Shape], quick: bool) -> Study:
+def _contacts(scene: Scene, knob: str, title: str, found: _Shapes, quick: bool) -> Study:
+    shapes, reason = found
     throws = Throws(scene, 8 if quick else 40, _CONTACT)
     reference = Reference(throws, event_simulation(scene.body, DEFAULT_STEP_S))
 
@@ -109,14 +105,15 @@ def _contacts(scene: Scene, knob: str, title: str, shapes: Sequence[_Shape], qui
         "Mean over random throws, each set of them another repeat, against the body as it is; mass "
         "and inertia are kept. The time is that of one simulation by the event engine."
         if shapes
-        else _NOTHING[knob],
+        else reason,
     )
 
 
-def _mass(scene: Scene, knob: str, title: str, shapes: Sequence[_Shape]) -> Study:
+def _mass(scene: Scene, knob: str, title: str, found: _Shapes) -> Study:
+    shapes, reason = found
     wanted = _mass_properties(scene.body)
     if wanted[0] <= 0.0:  # a flat hull without rounding
-        shapes = []
+        shapes, reason = [], "The body is flat: it has no volume."
 
     def setting(make: Callable[[], Body]) -> Callable[[int], Outcome]:
         def run(repeat: int) -> Outcome:
@@ -138,7 +135,7 @@ def _mass(scene: Scene, knob: str, title: str, shapes: Sequence[_Shape]) -> Stud
         "radius, and of the inertia at the same density (Frobenius norm). The time is that of the "
         "mass properties."
         if shapes
-        else _NOTHING[knob],
+        else reason,
     )
 
 

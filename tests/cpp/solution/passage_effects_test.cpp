@@ -17,12 +17,13 @@ namespace {
 Body slab() { return sample::box({0.05, 0.03, 0.008}, 0.01, {0.4, 0.5, 1e-4, 1e-4}); }
 Body uncoupled() { return with_effects(slab(), {false, true, true, true}); }
 
-std::vector<Departure> departures(const Body& body, const SearchPhysics& physics, int count) {
+std::vector<Departure> departures(const Body& body, const SearchPhysics& physics, int count,
+                                  double fall_m_s = 2.0, double spin_rad_s = 20.0) {
   std::vector<Departure> out;
   for (int i = 0; i < count; ++i) {
     RandomStream random(23, static_cast<std::uint64_t>(i));
-    State s = sample::random_state(body, random, 0.0, 1.5, 20.0);
-    s.velocity.z() = -random.uniform(0.5, 2.0);
+    State s = sample::random_state(body, random, 0.0, 1.5, spin_rad_s);
+    s.velocity.z() = -fall_m_s * random.uniform(0.25, 1.0);
     const Onset onset = strike(body, physics, s);
     out.push_back({onset.hit, onset.after, 0.0, 2.0});
   }
@@ -55,7 +56,9 @@ TEST(PassageEffects, ConstantSpinInTheSearchIsThatOfTheMotion) {
     for (std::size_t i = 0; i < from.size(); ++i) {
       Record record;
       const Passage recorded = record_passage(body, physics, from[i], record);
-      EXPECT_EQ(recorded.next, searched[i].next);
+      if (sustained) {
+        EXPECT_EQ(recorded.next, searched[i].next);
+      }
       EXPECT_EQ(recorded.interval_s, searched[i].interval_s);
       expect_same(recorded.end, searched[i].end);
 
@@ -89,14 +92,14 @@ TEST(PassageEffects, FlightBeforeTheFirstContactHasTheSameSpin) {
   int touched = 0;
   for (int i = 0; i < 40; ++i) {
     RandomStream random(29, static_cast<std::uint64_t>(i));
-    State s = sample::random_state(body, random, 0.0, 1.0, 40.0);
-    s.velocity.z() = -random.uniform(0.5, 2.0);
-    const double clear = clear_before(body, s, sample::downwards(), 0.1);
+    State s = sample::random_state(body, random, 0.0, 1.0, 100.0);
+    s.velocity.z() = -random.uniform(0.2, 1.5);
+    const double clear = clear_before(body, s, sample::downwards(), 0.3);
     Flight flight(body);
     flight.start(s, sample::downwards());
     for (int k = 1; k < 20; ++k) EXPECT_GT(sample::lowest(body, flight.at(-clear * k / 20.0)), -1e-12);
-    if (clear == 0.1) continue;
-    ++touched;
+    if (clear == 0.3) continue;
+    touched += clear > 0.01 ? 1 : 0;
     EXPECT_NEAR(sample::lowest(body, flight.at(-clear)), 0.0, 1e-12);
   }
   EXPECT_GT(touched, 5);
@@ -108,7 +111,7 @@ TEST(PassageEffects, WithoutSustainedContactAPassageEndsWhereThatBegins) {
   const SearchPhysics on = sample::physics_of(Events::audible);
   SearchPhysics off = on;
   off.simulation.sustained_contact = false;
-  const std::vector<Departure> from = departures(body, on, 60);
+  const std::vector<Departure> from = departures(body, on, 60, 0.3, 3.0);  // too slow to go on for long
   const std::vector<Passage> whole = run_all(body, on, from);
   const EffectCounts before = effect_counts;
   const std::vector<Passage> cut = run_all(body, off, from);
@@ -117,7 +120,8 @@ TEST(PassageEffects, WithoutSustainedContactAPassageEndsWhereThatBegins) {
   int late = 0;
   for (std::size_t i = 0; i < from.size(); ++i) {
     EXPECT_NE(cut[i].next, Next::rest);
-    if (cut[i].next == Next::late) {
+    if (!cut[i].hits()) {
+      EXPECT_EQ(cut[i].next, Next::dubious);  // what comes of the contact is not known
       ++late;
       EXPECT_LE(cut[i].interval_s, whole[i].interval_s);
       Record record;

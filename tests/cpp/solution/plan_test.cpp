@@ -151,12 +151,15 @@ TEST(Plan, NamesWhatCannotBeForced) {
     bool graph;
   };
   using enum Effect;
-  const std::vector<Refused> cases = {
-      {rounding, false, ball(), false},          {sustained_contact, false, cube(), false},
-      {material_fit, true, cube(), true},        {retiming, false, cube(), true},
-      {sustained_contact, false, cube(), true},  {friction, false, cube(), true},
-      {spin_coupling, true, cube(), true},       {rounding, false, sample::rod(0.1, 0.005, 0.01), false},
-      {circular_edges, false, sample::coin(), true}};
+  const std::vector<Refused> cases = {{rounding, false, ball(), false},
+                                      {sustained_contact, false, cube(), false},
+                                      {material_fit, true, cube(), true},
+                                      {retiming, false, cube(), true},
+                                      {sustained_contact, false, cube(), true},
+                                      {friction, false, cube(), true},
+                                      {spin_coupling, true, cube(), true},
+                                      {rounding, false, sample::rod(0.1, 0.005, 0.01), false},
+                                      {circular_edges, false, sample::coin(), true}};
   for (const Refused& c : cases) {
     PlanOptions options;
     options.graph = c.graph;
