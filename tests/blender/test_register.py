@@ -9,7 +9,7 @@ from unittest.mock import MagicMock
 import addon_utils
 import bpy
 import enabling
-from ifa_addon import core, panel
+from ifa_addon import core
 from support import SceneTest, add_box
 
 
@@ -52,7 +52,7 @@ class MissingCoreTest(SceneTest):
         system = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))
         region = SimpleNamespace(width=240)
         context = SimpleNamespace(object=None, region=region, preferences=system)
-        panel.PANELS[0].draw(SimpleNamespace(layout=layout), context)
+        bpy.types.IFA_PT_main.draw(SimpleNamespace(layout=layout), context)
         labels = [call.kwargs["text"] for call in layout.mock_calls if "text" in call.kwargs]
         self.assertGreater(len(labels), 3)  # wrapped to the sidebar's width
         version = f"{sys.version_info.major}.{sys.version_info.minor}"

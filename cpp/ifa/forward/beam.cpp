@@ -48,28 +48,23 @@ class Search {
   std::size_t room() const { return static_cast<std::size_t>(options_.beam); }
 
   // First contacts, the bodies in turn.
-  void begin() { begin(0, starts(), kStartChunk); }
+  void begin() {
+    beam_.levels.emplace_back();
+    begin(0, starts(), kStartChunk);
+  }
 
-  // Of a single mark: a few first contacts after the other, until some end as asked. The best of these is a
-  // leaf.
-  void take_start() {
-    for (std::size_t from = 0; from < starts(); from += kStartGroup) {
-      beam_.levels.clear();
+  // Of a single mark: a few after the other, until the motion ends soundly after some just so; whether it
+  // does.
+  bool begin_with_few() {
+    const std::vector<Candidate>& level = beam_.levels.emplace_back().candidates;
+    for (std::size_t from = 0; from < starts() && !ended_soundly_; from += kStartGroup) {
+      const std::size_t known = level.size();
       begin(from, std::min(starts(), from + kStartGroup), kStartGroup / 2);
-      const std::vector<Candidate>& group = beam_.levels.front().candidates;
-      double best = kLeastLogFactors;
-      for (std::size_t i = 0; i < group.size(); ++i) {
-        const Passage& passage = *group[i].unchanged;
-        const double log_sound = problem_.log_sound(passage.event, 0, 0.0);
-        if (!ends_as_asked(passage, problem_.marks.ending) || log_sound < best) continue;
-        if (!beam_.leaves.empty() && log_sound == best) continue;
-        best = log_sound;
-        beam_.leaves.clear();
-        add_leaf(i, {group[i].onset.after, 0.0, 0.0}, passage);
-      }
-      if (!beam_.leaves.empty()) return;
+      add_unchanged(known);
     }
-    beam_.levels.clear();
+    sort_leaves();
+    if (!ended_soundly_) beam_.leaves.clear();
+    return ended_soundly_;
   }
 
   // The last level again, for marks that have changed after it, and for this beam's width.
@@ -135,10 +130,7 @@ class Search {
   // none then ends so, the last impact may be changed too, and its excess counts.
   void finish() {
     const std::vector<Candidate>& last = beam_.levels.back().candidates;
-    for (std::size_t i = 0; i < last.size(); ++i) {
-      if (!ends_as_asked(*last[i].unchanged, problem_.marks.ending)) continue;
-      add_leaf(i, {last[i].onset.after, 0.0, 0.0}, *last[i].unchanged);
-    }
+    add_unchanged(0);
     // In groups, until there is one, or so much is simulated that more of this beam is not worth it: bodies
     // that roll on for long cost most.
     // Where some end so but lie otherwise than is asked, more of the same is tried of fewer.
@@ -150,12 +142,7 @@ class Search {
            from += group)
         if (!ended_soundly_ || tolerance.excess <= kPlausible.excess)
           end(from, std::min(last.size(), from + group), lying ? 1 : kFinishRounds, tolerance);
-    std::stable_sort(beam_.leaves.begin(), beam_.leaves.end(), [](const Leaf& a, const Leaf& b) {
-      if (a.violations != b.violations) return a.violations < b.violations;
-      if (a.unmet != b.unmet) return a.unmet < b.unmet;
-      if (a.violations == 0 && a.stretched != b.stretched) return a.stretched < b.stretched;
-      return a.log_weight > b.log_weight;
-    });
+    sort_leaves();
   }
 
  private:
@@ -169,15 +156,34 @@ class Search {
     const std::size_t each = starts_of_each();
     const auto chunks =
         chunks_of(from, to, at_once, [&](std::size_t i) { return static_cast<int>(i / each); });
-    Level& level = beam_.levels.emplace_back();
-    level.candidates =
+    std::vector<Candidate> more =
         collect(chunks, [&](const Chunk& chunk, Expander& expander, std::vector<Candidate>& out) {
           std::vector<RandomStream> random;
           for (std::size_t i = 0; i < chunk.size; ++i) random.push_back(stream(0, chunk.from + i));
           begin_candidates(problem_, chunk.body, expander.passages(), random, out, progress_);
           expander.look_ahead(out, 0);
         });
+    Level& level = beam_.levels.front();
+    std::move(more.begin(), more.end(), std::back_inserter(level.candidates));
     level.batch_ends = {level.candidates.size()};
+  }
+
+  // Those from `from` on that end as asked just so.
+  void add_unchanged(std::size_t from) {
+    const std::vector<Candidate>& last = beam_.levels.back().candidates;
+    for (std::size_t i = from; i < last.size(); ++i) {
+      if (!ends_as_asked(*last[i].unchanged, problem_.marks.ending)) continue;
+      add_leaf(i, {last[i].onset.after, 0.0, 0.0}, *last[i].unchanged);
+    }
+  }
+
+  void sort_leaves() {
+    std::stable_sort(beam_.leaves.begin(), beam_.leaves.end(), [](const Leaf& a, const Leaf& b) {
+      if (a.violations != b.violations) return a.violations < b.violations;
+      if (a.unmet != b.unmet) return a.unmet < b.unmet;
+      if (a.violations == 0 && a.stretched != b.stretched) return a.stretched < b.stretched;
+      return a.log_weight > b.log_weight;
+    });
   }
 
   // Changes the last impact of some candidates of the last level.
@@ -281,7 +287,9 @@ Beam search_beam(const Problem& problem, const BeamOptions& options, Progress* p
   if (kept && same > 0 && kept->levels.size() >= same) {
     beam.levels.assign(kept->levels.begin(), kept->levels.begin() + static_cast<std::ptrdiff_t>(same));
     search.look_again();
-  } else {
+  } else if (options.few_starts && search.begin_with_few()) {
+    return beam;
+  } else if (!options.few_starts) {
     search.begin();
   }
   if (beam.levels[0].candidates.empty()) {
@@ -294,12 +302,6 @@ Beam search_beam(const Problem& problem, const BeamOptions& options, Progress* p
   }
   raise_to(static_cast<double>(n) / static_cast<double>(n + 1));
   if (beam.levels.size() == n) search.finish();
-  return beam;
-}
-
-Beam take_start(const Problem& problem, const BeamOptions& options, Progress* progress) {
-  Beam beam;
-  Search(problem, options, progress, beam).take_start();
   return beam;
 }
 

@@ -21,6 +21,7 @@ struct BeamOptions {
   std::uint64_t seed = 0;
   int threads = 0;
   Proposals proposals;
+  bool few_starts = false;  // of a single mark: no more first contacts than it takes
 };
 
 // A candidate of the last level with the way its motion ends.
@@ -42,10 +43,6 @@ struct Beam {
 // levels up to there are gone on from.
 Beam search_beam(const Problem& problem, const BeamOptions& options, Progress* progress,
                  const Beam* kept = nullptr, std::size_t same = 0);
-
-// For a single mark without a span: a first contact after which the motion ends as asked just so, of as few as
-// had to be tried. Without levels where there is none.
-Beam take_start(const Problem& problem, const BeamOptions& options, Progress* progress);
 
 Found trace(const Beam& beam, const Leaf& leaf);
 

@@ -95,7 +95,8 @@ class Solver {
   double beam(int rung) const { return ladder_[static_cast<std::size_t>(rung)]; }
 
   BeamOptions beam_options(int rung) const {
-    return {ladder_[static_cast<std::size_t>(rung)], options_.seed, options_.threads, options_.proposals};
+    return {ladder_[static_cast<std::size_t>(rung)], options_.seed, options_.threads, options_.proposals,
+            needs_no_search() && takes_.empty()};
   }
 
   bool content() const {
@@ -160,8 +161,8 @@ class Solver {
     kept_.bodies = own;
   }
 
-  // A single contact needs no search.
-  bool asks_for_a_start() const {
+  // One of the first contacts that can be thrown will do.
+  bool needs_no_search() const {
     const Marks& marks = kept_.marks;
     return marks.size() == 1 && marks.durations_s[0] == 0.0 && marks.constraints.empty() &&
            options_.takes == 1 && options_.events == Events::audible;
@@ -170,15 +171,6 @@ class Solver {
   void climb() {
     const int first = std::max(options_.rung, 0), last = last_rung();
     const double from = reached(), parts = last - first + 1;
-    if (asks_for_a_start()) {
-      Progress part(progress_, from, 1.0);
-      Beam beam = take_start(problem(), beam_options(first), &part);
-      if (!beam.leaves.empty()) {
-        auto takes = takes_of(beam);
-        offer(std::move(beam), std::move(takes), first);
-        if (takes_.front().satisfies()) return;
-      }
-    }
     double rung_s = 0.0;
     for (int rung = first; rung <= last; ++rung) {
       // A rung costs about as much more than the last one as it is larger, had that reached the end.

@@ -266,7 +266,7 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
   }
   if (plan.constrains()) {
     plan.count_constraints();
-    place(body, marks.constraints, found, nodes, hits);
+    if (!marks.constraints.empty()) place(body, marks.constraints, found, nodes, hits);
   }
   solution.motion = std::make_shared<Motion>(body, gravity, nodes, hits, time);
   measure_constraints(marks, solution);

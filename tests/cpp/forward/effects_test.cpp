@@ -128,7 +128,8 @@ TEST(SolveEffects, WithoutRetimingTheMotionIsAsSimulated) {
 
 TEST(SolveEffects, SettlingIsForcedOnAndOff) {
   const Marks open = bounces(), rest = bounces(Ending::rest);
-  const Solution shown = solve(ball(), open, {{Effect::settling_to_rest, true}});
+  const Body soft = sample::ball(0.02, 0.03, {0.7, 0.3, 2e-3, 2e-3});  // it does not roll for long
+  const Solution shown = solve(soft, open, {{Effect::settling_to_rest, true}});
   EXPECT_TRUE(shown.succeeded);  // what comes after the last mark is not extra
   EXPECT_GT(runs(shown, Effect::settling_to_rest), 0u);
   const double end_s = shown.motion->end_s();
@@ -150,7 +151,7 @@ TEST(SolveEffects, WithoutContactThereIsOnlyFlight) {
 // After the last mark only the event itself is watched: of a discrete one, 10.5 ms. Today's whole tail would
 // be up to half a second for each passage.
 TEST(SolveEffects, ASingleMarkTakesAStart) {
-  for (const Body& body : {ball(), sample::cube(), sample::coin()})
+  for (const Body& body : {ball(), sample::cube(), sample::box({0.04, 0.02, 0.01}, 0.01)})
     for (const Ending ending : {Ending::open, Ending::rest}) {
       const Marks marks = marks_at({0.4}, ending);
       const Solution s = solve(body, marks, {});
@@ -163,18 +164,25 @@ TEST(SolveEffects, ASingleMarkTakesAStart) {
       SolveOptions options = sample::first_rung();
       options.takes = 2;
       const Solution searched = solve_forward(body, marks, options, nullptr);
-      EXPECT_LT(s.simulated_s, searched.simulated_s);
+      EXPECT_LE(s.simulated_s, searched.simulated_s);
+      if (ending == Ending::open) {
+        EXPECT_LT(s.simulated_s, 0.1 * searched.simulated_s);
+      }
     }
 }
 
-// Where nothing must come after the last mark, nothing is simulated after it but the shown tail.
+// Where nothing must come after the last mark, only its event is watched: each of 480 starts for 10.5 ms,
+// longer where hits chain on. (To the next hit it takes ten times as long.)
 TEST(SolveEffects, NothingBeyondTheLastMarkIsSearched) {
-  const Body body = sample::cube();
-  const Marks marks = marks_at({0.3, 0.5}, Ending::open);
-  const Solution open = solve(body, marks, {});
-  const Solution watched = solve(body, marks, {{Effect::settling_to_rest, true}});
+  const Marks marks = marks_at({0.3}, Ending::open);
+  SolveOptions options = sample::first_rung();
+  options.takes = 2;  // so that all starts are tried
+  const Solution open = solve_forward(sample::cube(), marks, options, nullptr);
   EXPECT_TRUE(open.plausible);
-  EXPECT_LT(open.simulated_s, 0.5 * watched.simulated_s);
+  EXPECT_LT(open.simulated_s, 480 * 0.02);
+  EXPECT_GT(open.simulated_s, 100 * 0.0105);
+  options.forced[index_of(Effect::settling_to_rest)] = true;
+  EXPECT_GT(solve_forward(sample::cube(), marks, options, nullptr).simulated_s, 5.0 * open.simulated_s);
 }
 
 TEST(SolveEffects, ReuseKnowsWhatWasForced) {
