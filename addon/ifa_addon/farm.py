@@ -43,9 +43,13 @@ def main(words: list[str]) -> int:
     if not folder.is_dir() or not os.access(folder, os.W_OK):
         return _bad(f"'{folder}' is not a folder that can be written to")
     package = _package()
-    if not hasattr(bpy.types.Object, "ifa"):
-        package.register()
-    return _solve(package, options, target)
+    if hasattr(bpy.types.Object, "ifa"):
+        return _solve(package, options, target)
+    package.register()
+    try:
+        return _solve(package, options, target)
+    finally:
+        package.unregister()  # where bpy is a module, 4.5 crashes on leaving with it registered
 
 
 def _package():
