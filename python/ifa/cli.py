@@ -183,6 +183,7 @@ def _predicted(options: argparse.Namespace, body: ifa.Body, marks: ifa.Signature
             marks,
             accuracy=options.accuracy,
             lead_in_s=options.lead_in,
+            effects=dict(options.effect),
             progress=progress,
             **_search_options(options),
         ),

@@ -70,7 +70,8 @@ def predict(
         marks: When its contacts happen.
         accuracy: "draft", "good" or "best", or an `ifa.Accuracy` of one's own.
         **options: Those of `ifa.solve` that bear on it: `events`, `seed`, `time_budget_s`,
-            `threads`, `material`, `energy_gain_j`, `constraints`, `lead_in_s` and `progress`.
+            `threads`, `material`, `energy_gain_j`, `constraints`, `effects`, `lead_in_s` and
+            `progress`.
 
     Raises IfaValueError naming the argument, Cancelled.
     """
@@ -299,6 +300,7 @@ _OPTIONS = (
     "material",
     "energy_gain_j",
     "constraints",
+    "effects",
     "lead_in_s",
     "progress",
 )
