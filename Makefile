@@ -1,7 +1,7 @@
 # Everything a contributor or CI runs. `make` lists it.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help deps build demo test lint test-cpp test-python test-blender test-sanitized hard-cases bench bench-physics bench-connections bench-paper sanitize format clean
+.PHONY: help deps build demo test lint test-cpp test-python test-blender test-sanitized hard-cases bench bench-physics bench-connections bench-paper bench-effects accuracy sanitize format clean
 
 PY := .venv/bin/python
 CMAKE_DIR := build/cmake
@@ -85,6 +85,12 @@ bench-connections: deps  ## compare motion connections with the paper's scheme, 
 
 bench-paper: build  ## make the paper's tables again (ARGS="table1 --full"; table2, figure16; --small takes seconds)
 	@$(PY) -m benchmarks.paper $(or $(ARGS),table1)
+
+bench-effects: build  ## time each effect with and without it, where a scene needs it (ARGS="--quick")
+	@$(PY) -m benchmarks.effects $(ARGS)
+
+accuracy: build  ## measure accuracy against time for docs/accuracy.md, in a quarter of an hour with nothing else running
+	@$(PY) docs/draw_accuracy.py $(ARGS)
 
 # The part of `make sanitize` that CI has time for: the engines, under the address and undefined-behaviour sanitizers.
 test-sanitized: deps  ## run the C++ tests of the engines under two sanitizers

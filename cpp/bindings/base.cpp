@@ -116,7 +116,18 @@ void bind_base(py::module_& m) {
       .def(py::init<>())
       .def_property_readonly("fraction", &Progress::fraction, "Share of the work done, 0 to 1.")
       .def("cancel", &Progress::cancel, "Ask the call to stop; it raises ifa.Cancelled.")
-      .def_property_readonly("cancelled", &Progress::cancelled);
+      .def_property_readonly("cancelled", &Progress::cancelled)
+      .def("raise_to", &Progress::raise_to, py::arg("fraction"),
+           "Say that so much is done; less than before is nothing.")
+      .def(
+          "part",
+          [](Progress& whole, double from, double to) {
+            return std::make_shared<Progress>(&whole, from, to);
+          },
+          py::arg("from_fraction"), py::arg("to_fraction"), py::keep_alive<0, 1>(),
+          "Of a call within this one: its whole is this one's share from one fraction to another, and "
+          "cancelling\n"
+          "this cancels it.");
 }
 
 }  // namespace ifa::bindings

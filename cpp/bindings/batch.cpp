@@ -12,7 +12,9 @@ namespace {
 
 static_assert(static_cast<int>(SampleStatus::rest) == 0 && static_cast<int>(SampleStatus::time_limit) == 1 &&
                   static_cast<int>(SampleStatus::impact_limit) == 2 &&
-                  static_cast<int>(SampleStatus::failed) == 3 && static_cast<int>(SampleStatus::not_run) == 4,
+                  static_cast<int>(SampleStatus::failed) == 3 &&
+                  static_cast<int>(SampleStatus::not_run) == 4 &&
+                  static_cast<int>(SampleStatus::contact) == 5,
               "ifa.SampleStatus (python/ifa/batch.py) holds these codes");
 
 // The elements of `out[name]`: the caller's own memory, never a copy.
@@ -85,7 +87,7 @@ void run_batch(const std::vector<std::shared_ptr<Body>>& given, const Array& pos
                const Array& quaternion_wxyz, const Array& velocity_m_s, const Array& angular_velocity_rad_s,
                double step_s, double until_s, const Array& gravity_m_s2, std::size_t hits, int threads,
                const std::string& instruction_set, const py::dict& out,
-               const std::shared_ptr<Progress>& progress) {
+               const std::shared_ptr<Progress>& progress, bool sustained_contact) {
   std::vector<State> states = to_states(position_m, quaternion_wxyz, velocity_m_s, angular_velocity_rad_s);
   if (given.size() != 1 && given.size() != states.size())
     throw ArgumentError("body: needs one, or one for each state");
@@ -94,6 +96,7 @@ void run_batch(const std::vector<std::shared_ptr<Body>>& given, const Array& pos
   const BatchOutputs outputs = to_outputs(out, states.size(), hits);
   BatchOptions options;
   options.simulation.step_s = step_s;
+  options.simulation.sustained_contact = sustained_contact;
   options.simulation.gravity_m_s2 = to_vec3(gravity_m_s2, "gravity_m_s2");
   options.until_s = until_s;
   options.threads = threads;
@@ -120,7 +123,7 @@ void bind_batch(py::module_& m) {
   m.def("simulate_batch", &run_batch, py::arg("bodies"), py::arg("position_m"), py::arg("quaternion_wxyz"),
         py::arg("velocity_m_s"), py::arg("angular_velocity_rad_s"), py::kw_only(), py::arg("step_s"),
         py::arg("until_s"), py::arg("gravity_m_s2"), py::arg("hits"), py::arg("threads"),
-        py::arg("instruction_set"), py::arg("out"), py::arg("progress"),
+        py::arg("instruction_set"), py::arg("out"), py::arg("progress"), py::arg("sustained_contact") = true,
         "Into the arrays of `out`, named and shaped as those of ifa.Batch, which Python checks.");
   m.def("instruction_sets", &instruction_sets, "The names of those that run here, the narrowest first.");
 }

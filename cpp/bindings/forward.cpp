@@ -56,6 +56,8 @@ py::dict from_estimate(const Estimate& e, const Marks& marks) {
 
 void bind_forward(py::module_& m) {
   m.attr("RUNGS") = rung_count();
+  const auto rungs = standard_ladder();
+  m.attr("LADDER") = py::tuple(py::cast(std::vector<int>(rungs.begin(), rungs.end())));
   m.attr("CLEARLY_DIFFERENT") = kClearlyDifferent;
   py::class_<KeptSearch, std::shared_ptr<KeptSearch>>(m, "KeptSearch", "What a solve keeps for another one.");
   m.def(
@@ -63,7 +65,8 @@ void bind_forward(py::module_& m) {
       [](const Body& body, const Marks& marks, std::uint64_t seed, double time_budget_s, int threads,
          bool fit_material, double energy_gain_j, int rung, bool contact, int takes, double lead_in_s,
          const std::shared_ptr<KeptSearch>& reuse, const std::shared_ptr<Progress>& progress,
-         const std::map<std::string, bool>& forced) {
+         const std::map<std::string, bool>& forced, const std::vector<int>& ladder, bool until_succeeded,
+         int least_rung) {
         const SolveOptions options{seed,
                                    time_budget_s,
                                    threads,
@@ -74,14 +77,18 @@ void bind_forward(py::module_& m) {
                                    takes,
                                    lead_in_s,
                                    reuse,
-                                   to_forced(forced)};
+                                   to_forced(forced),
+                                   ladder,
+                                   until_succeeded ? Goal::succeeded : Goal::plausible,
+                                   least_rung};
         const auto work = [&](Progress* p) { return solve_forward(body, marks, options, p); };
         return from_solution(run_interruptible<Solution>(progress, work));
       },
       py::arg("body"), py::arg("marks"), py::kw_only(), py::arg("seed"), py::arg("time_budget_s"),
       py::arg("threads"), py::arg("fit_material"), py::arg("energy_gain_j"), py::arg("rung"),
       py::arg("contact"), py::arg("takes"), py::arg("lead_in_s"), py::arg("reuse"), py::arg("progress"),
-      py::arg("forced") = std::map<std::string, bool>{});
+      py::arg("forced") = std::map<std::string, bool>{}, py::arg("ladder") = std::vector<int>{},
+      py::arg("until_succeeded") = false, py::arg("least_rung") = 0);
   m.def(
       "estimate",
       [](const Body& body, const Marks& marks, const Array& gravity_m_s2) {

@@ -1,5 +1,6 @@
 // Bodies, convex hulls and mass properties.
 #include "bindings.hpp"
+#include "ifa/rigid/effects.hpp"
 #include "ifa/rigid/engine_ode.hpp"
 #include "ifa/rigid/event_engine.hpp"
 #include "states.hpp"
@@ -107,6 +108,25 @@ void bind_body(py::module_& m) {
                              [](const Body& b) { return from_vec3(b.principal_inertia()); })
       .def_property_readonly("bounding_radius_m", &Body::bounding_radius_m)
       .def("symmetry", &symmetry_of)
+      .def_property_readonly(
+          "needed_effects",
+          [](const Body& b) {
+            const EngineEffects e = needed_effects(b);
+            py::dict needed;
+            needed["spin_coupling"] = e.spin_coupling;
+            needed["friction"] = e.friction;
+            needed["rounding"] = e.rounding;
+            needed["circular_edges"] = e.circular_edges;
+            return needed;
+          },
+          "Those of the engine's effects that the body calls for, by name.")
+      .def(
+          "with_effects",
+          [](const Body& b, bool spin_coupling, bool friction, bool rounding, bool circular_edges) {
+            return with_effects(b, {spin_coupling, friction, rounding, circular_edges});
+          },
+          py::kw_only(), py::arg("spin_coupling"), py::arg("friction"), py::arg("rounding"),
+          py::arg("circular_edges"), "The body with these effects of the engine on or off.")
       .def_property_readonly("restitution", [](const Body& b) { return b.material().restitution; })
       .def_property_readonly("friction", [](const Body& b) { return b.material().friction; })
       .def_property_readonly("rolling_friction_m",
@@ -181,6 +201,8 @@ const char* status_name(RunStatus status) {
       return "time_limit";
     case RunStatus::failed:
       return "failed";
+    case RunStatus::contact:
+      return "contact";
     default:
       return "impact_limit";
   }
@@ -231,9 +253,10 @@ void bind_simulation(py::module_& m) {
       "simulate",
       [](const Body& body, const Array& position_m, const Array& quaternion_wxyz, const Array& velocity_m_s,
          const Array& angular_velocity_rad_s, double step_s, double until_s, const Array& gravity_m_s2,
-         const std::shared_ptr<Progress>& progress) {
+         const std::shared_ptr<Progress>& progress, bool sustained_contact) {
         const State state = to_start(body, position_m, quaternion_wxyz, velocity_m_s, angular_velocity_rad_s);
         SimulationOptions options;
+        options.sustained_contact = sustained_contact;
         options.step_s = step_s;
         options.gravity_m_s2 = to_vec3(gravity_m_s2, "gravity_m_s2");
         return from_run(body, run_interruptible<Run>(progress, [&](Progress* p) {
@@ -242,7 +265,7 @@ void bind_simulation(py::module_& m) {
       },
       py::arg("body"), py::arg("position_m"), py::arg("quaternion_wxyz"), py::arg("velocity_m_s"),
       py::arg("angular_velocity_rad_s"), py::arg("step_s"), py::arg("until_s"), py::arg("gravity_m_s2"),
-      py::arg("progress"));
+      py::arg("progress"), py::arg("sustained_contact") = true);
   m.def(
       "simulate_ode",
       [](const Body& body, const Array& position_m, const Array& quaternion_wxyz, const Array& velocity_m_s,

@@ -25,6 +25,7 @@ from ifa._core import (
     ReplayError,
     __version__,
 )
+from ifa.accuracy import ACCURACIES, Accuracy
 from ifa.batch import Batch, SampleStatus, instruction_sets, sample_states, simulate_batch
 from ifa.body import Body, MeshWarning
 from ifa.constraints import ConstraintReport, Orientation, Position
@@ -32,14 +33,18 @@ from ifa.database import Database
 from ifa.estimation import Estimate, Finding, Gap, estimate
 from ifa.explanation import Conflict, Explanation, Repair, explain
 from ifa.marks import Signature
+from ifa.prediction import predict, predict_all
 from ifa.simulation import Hits, Run, State, fly, simulate
-from ifa.solution import Event, Motion, Solution
+from ifa.solution import Event, Motion, Prediction, Solution
 from ifa.solving import CLEARLY_DIFFERENT, solve
 from ifa.symmetry import Symmetry
+from ifa.tradeoff import TradeoffReport, tradeoff
 from ifa.verification import Certificate, verify
 
 __all__ = [
+    "ACCURACIES",
     "CLEARLY_DIFFERENT",
+    "Accuracy",
     "Batch",
     "Body",
     "Cancelled",
@@ -61,6 +66,7 @@ __all__ = [
     "NoMotionError",
     "Orientation",
     "Position",
+    "Prediction",
     "Progress",
     "Repair",
     "ReplayError",
@@ -70,15 +76,19 @@ __all__ = [
     "Solution",
     "State",
     "Symmetry",
+    "TradeoffReport",
     "__version__",
     "bodies",
     "estimate",
     "explain",
     "fly",
     "instruction_sets",
+    "predict",
+    "predict_all",
     "sample_states",
     "simulate",
     "simulate_batch",
     "solve",
+    "tradeoff",
     "verify",
 ]

@@ -27,10 +27,10 @@ _MOST_HITS = 100_000  # the engine stops a run there
 
 
 class SampleStatus(IntEnum):
-    """How a sample ended; the first four are `Run.status` in capitals.
+    """How a sample ended; all but NOT_RUN are `Run.status` in capitals.
 
     FAILED: the engine gave it up, and it has neither an end nor hits. NOT_RUN: the batch was
-    cancelled before it was done.
+    cancelled before it was done. CONTACT: sustained contact began, and is off.
     """
 
     REST = 0
@@ -38,6 +38,7 @@ class SampleStatus(IntEnum):
     IMPACT_LIMIT = 2
     FAILED = 3
     NOT_RUN = 4
+    CONTACT = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +94,8 @@ class Batch:
 
         There were more where `hit_count[i]` is larger. Failed or not run: none.
         """
-        count = int(self.hit_count[i]) if self.status[i] <= SampleStatus.IMPACT_LIMIT else 0
+        nothing = self.status[i] in (SampleStatus.FAILED, SampleStatus.NOT_RUN)
+        count = 0 if nothing else int(self.hit_count[i])
         kept = min(count, self.hit_time_s.shape[1])
         return Hits(
             self.hit_time_s[i, :kept],

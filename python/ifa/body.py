@@ -13,8 +13,18 @@ from numpy.typing import ArrayLike
 
 from ifa import _core
 from ifa._core import IfaFileError, IfaValueError
-from ifa.arguments import array, inertia, mass_of, number, only_known, positive, triangle_indices
+from ifa.arguments import (
+    array,
+    inertia,
+    mass_of,
+    number,
+    only_known,
+    positive,
+    triangle_indices,
+    whole,
+)
 from ifa.body_files import read_fields, write_fields
+from ifa.hull_changes import farthest_points, inset_hull
 from ifa.mesh_files import read_mesh
 from ifa.solid import mesh_mass_properties
 from ifa.symmetry import Symmetry
@@ -333,6 +343,34 @@ class Body:
         fields["rings_m"] = _rings(fields["rings_m"])
         fields["vertices_m"] = _vertices(fields["vertices_m"], fields["rings_m"])
         return Body._make(fields, self._centre_of_mass_m, self._notes)
+
+    def with_hull_detail(self, points: int) -> Body:
+        """The body with a contact hull of at most `points` vertices; its mass properties stay.
+
+        Of `outline_m` those are kept that lie farthest apart, one after the other; circular edges
+        become polygons. A body without circular edges and with no more vertices is returned as it
+        is. Raises IfaValueError where no body can be that coarse.
+        """
+        count = whole(points, "points", 2**31 - 1, least=1)
+        if not len(self._rings_m) and count >= len(self._vertices_m):
+            return self
+        kept = farthest_points(self.outline_m, count)
+        return self.replace(vertices_m=kept, rings_m=None)
+
+    def with_rounding(self, radius_m: float) -> Body:
+        """The body with another rounding radius; its mass properties and its flat faces stay.
+
+        Only edges and corners become rounder or sharper. Circular edges stay in the planes of the
+        body's flat faces and keep their outermost reach, which is exact for cylinders. Raises
+        IfaValueError where the radius leaves no body, and for bodies without volume before
+        rounding, such as a ball.
+        """
+        radius = number(radius_m, "radius_m")
+        if not 0.0 <= radius < np.inf:
+            raise IfaValueError(f"radius_m: must be finite and 0 or more, got {radius:g}")
+        inset = radius - self.radius_m
+        vertices, rings = inset_hull(self._vertices_m, self._rings_m, inset)
+        return self.replace(vertices_m=vertices, rings_m=rings, radius_m=radius)
 
     @property
     def name(self) -> str:

@@ -1,4 +1,4 @@
-"""The command line: `ifa solve`, `explain`, `estimate`, `build`, `verify` and `bodies`.
+"""The command line: `ifa solve`, `explain`, `estimate`, `build`, `tradeoff`, `verify`, `bodies`.
 
 Exit codes: 0 done, 2 bad input, 3 no acceptable motion (the best one is still written, unless not
 even a first contact was found) or no repair that works, 4 cancelled. With `--json` stdout holds one
@@ -23,6 +23,7 @@ from ifa.marks import Ending
 from ifa.meter import BuildMeter, watched
 from ifa.solving import MOST_TAKES
 from ifa.text_files import write_text
+from ifa.tradeoff import command as tradeoff_command
 
 DONE, NO_MOTION, CANCELLED = 0, 3, 4
 
@@ -53,6 +54,7 @@ def _solve(options: argparse.Namespace) -> int:
         for out in _take_files(options.out, options.takes):
             _check_out(out, inputs=(options.body, options.marks, options.sound))
     body, marks = _request(options)
+    predicted = _predicted(options, body, marks)
     progress = ifa.Progress()
     try:
         solution = watched(
@@ -60,6 +62,7 @@ def _solve(options: argparse.Namespace) -> int:
                 body,
                 marks,
                 **_search_options(options),
+                **predicted,
                 method=options.method,
                 database=options.database,
                 search=options.search,
@@ -146,14 +149,38 @@ def _explain(options: argparse.Namespace) -> int:
 
 def _search_options(options: argparse.Namespace) -> dict[str, Any]:
     """What a solve and an explanation have in common."""
-    return {
+    asked = {
         "events": options.events,
         "material": options.material,
         "energy_gain_j": options.energy_gain,
         "seed": options.seed,
-        "time_budget_s": options.time_budget,
         "threads": options.threads,
     }
+    if options.time_budget is not None:
+        asked["time_budget_s"] = options.time_budget
+    return asked
+
+
+def _predicted(options: argparse.Namespace, body: ifa.Body, marks: ifa.Signature) -> dict[str, Any]:
+    """The accuracy asked for, if one is, and what is expected of it, which is said at once."""
+    if options.accuracy is None:
+        return {}
+    if options.method != "forward" or options.rung is not None or options.takes > 1:
+        return {"accuracy": options.accuracy}  # a prediction is of a climb to one motion
+    progress = ifa.Progress()
+    prediction = watched(
+        lambda: ifa.predict(
+            body,
+            marks,
+            accuracy=options.accuracy,
+            lead_in_s=options.lead_in,
+            progress=progress,
+            **_search_options(options),
+        ),
+        progress,
+    )
+    _say(report.prediction_text(prediction))
+    return {"accuracy": options.accuracy, "prediction": prediction}
 
 
 def _request(options: argparse.Namespace) -> tuple[ifa.Body, ifa.Signature]:
@@ -215,6 +242,17 @@ def _build(options: argparse.Namespace) -> int:
         _print_json(content)
     else:
         print(report.database_text(content, checked=options.check))
+    return DONE
+
+
+def _tradeoff(options: argparse.Namespace) -> int:
+    body, marks = _request(options)
+    found = tradeoff_command.run(options, body, marks)
+    if options.json:
+        _print_json(found.to_dict())
+    else:
+        print(tradeoff_command.text(found))
+        print(f"written to {options.out}")
     return DONE
 
 
@@ -323,6 +361,7 @@ _VERBS = {
     "explain": _explain,
     "estimate": _estimate,
     "build": _build,
+    "tradeoff": _tradeoff,
     "verify": _verify,
     "bodies": _bodies,
 }

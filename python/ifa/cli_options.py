@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import NoReturn
 
 import ifa
+from ifa.tradeoff import QUICK_REPEATS, REPEATS
+from ifa.tradeoff.knobs import KNOBS
 
 BAD_INPUT = 2
 MESH_ENDINGS = (".obj", ".off", ".ply", ".stl")
@@ -54,6 +56,12 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
         choices=("exact", "branch_and_bound"),
         default="exact",
         help="for --method graph: the best path (default), or the paper's search",
+    )
+    solve.add_argument(
+        "--accuracy",
+        choices=tuple(ifa.ACCURACIES),
+        help="draft is fast, good (default) plausible, best goes on; given here, seconds and error "
+        "of one take are predicted before, which takes a second at most, and compared after",
     )
     solve.add_argument(
         "--rung",
@@ -108,7 +116,7 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
         "--simulations", type=int, default=100_000, metavar="N", help="how many (default 100000)"
     )
     build.add_argument("--seed", type=int, default=0, metavar="N", help="of the random starts")
-    build.add_argument("--threads", type=int, metavar="N", help="default: one for each core")
+    _add_threads(build)
     build.add_argument(
         "--events",
         choices=("audible", "contact"),
@@ -137,6 +145,46 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
     )
     _add_json(build)
     build.set_defaults(run=verbs["build"])
+
+    tradeoff = subparsers.add_parser(
+        "tradeoff", help="measure what accuracy costs in time on this scene, knob by knob"
+    )
+    _add_body(tradeoff)
+    _add_marks(tradeoff)
+    _add_sound(tradeoff)
+    _add_ending(tradeoff)
+    _add_material(tradeoff)
+    tradeoff.add_argument(
+        "-o",
+        "--out",
+        metavar="DIR",
+        required=True,
+        help="the folder of the report: a page, and a picture and a table of each curve; an "
+        "earlier report there is replaced",
+    )
+    tradeoff.add_argument(
+        "--quick", action="store_true", help="fewer and smaller settings, within a minute"
+    )
+    tradeoff.add_argument(
+        "--knobs", metavar="A,B", help=f"only these of {','.join(KNOBS)} (default: all)"
+    )
+    tradeoff.add_argument(
+        "--repeats",
+        type=int,
+        metavar="N",
+        help=f"run each setting so often (default {REPEATS}; with --quick {QUICK_REPEATS})",
+    )
+    tradeoff.add_argument(
+        "--time-limit",
+        type=float,
+        metavar="S",
+        help="begin no run that would end later (default none; with --quick 60); the report says "
+        "what was left out",
+    )
+    tradeoff.add_argument("--seed", type=int, default=0, metavar="N", help="of throws and searches")
+    _add_threads(tradeoff)
+    _add_json(tradeoff)
+    tradeoff.set_defaults(run=verbs["tradeoff"])
 
     verify = subparsers.add_parser("verify", help="check a motion again, from its poses alone")
     verify.add_argument("motion", metavar="MOTION", help="what ifa solve -o wrote")
@@ -179,6 +227,10 @@ def _add_marks(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_sound(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--sound", metavar="WAV", help="the marked sound: gives the amplitudes")
+
+
 def _add_ending(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ending",
@@ -188,7 +240,7 @@ def _add_ending(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_search(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--sound", metavar="WAV", help="the marked sound: gives the amplitudes")
+    _add_sound(parser)
     _add_ending(parser)
     parser.add_argument(
         "--events",
@@ -202,8 +254,7 @@ def _add_search(parser: argparse.ArgumentParser) -> None:
         default="given",
         help="take restitution and friction as given (default), or choose them to suit the marks",
     )
-    parser.add_argument("--restitution", type=float, metavar="E", help="0 to 1")
-    parser.add_argument("--friction", type=float, metavar="MU", help="0 or more")
+    _add_material(parser)
     parser.add_argument(
         "--energy-gain", type=float, default=0.0, metavar="J", help="that a contact may add"
     )
@@ -217,10 +268,18 @@ def _add_search(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--time-budget",
         type=float,
-        default=10.0,
         metavar="S",
-        help="begin no larger search after so many seconds (default 10)",
+        help="begin no larger search after so many seconds (default 10; --accuracy best 60)",
     )
+    _add_threads(parser)
+
+
+def _add_material(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--restitution", type=float, metavar="E", help="0 to 1")
+    parser.add_argument("--friction", type=float, metavar="MU", help="0 or more")
+
+
+def _add_threads(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--threads", type=int, metavar="N", help="default: one for each core")
 
 

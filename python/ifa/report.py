@@ -11,7 +11,7 @@ from ifa.constraints import ConstraintReport
 from ifa.estimation import Estimate
 from ifa.explanation import Explanation
 from ifa.marks import MERGE_GAP_S, Signature
-from ifa.solution import Event, Solution
+from ifa.solution import Event, Prediction, Solution
 
 # CONVENTIONS.md, "Accuracy of a solve"
 _MET_WITHIN_S = 1e-3
@@ -164,8 +164,10 @@ def solution_text(solution: Solution) -> str:
         f"restitution {solution.restitution:.3g}, friction {solution.friction:.3g}, "
         f"seed {solution.seed}, rung {solution.rung}, {solution.solve_s:.2f} s for "
         f"{solution.simulated_s:.0f} s of simulated motion",
-        "",
     ]
+    if solution.prediction is not None:
+        lines.append(predicted_text(solution, solution.prediction))
+    lines.append("")
     rows = [("mark", "at s", "error ms", "retimed ms", "retime %", "excess")]
     for k, event in enumerate(solution.events, start=1):
         rows.append(
@@ -182,6 +184,23 @@ def solution_text(solution: Solution) -> str:
     if solution.constraints:
         lines += ["", *(constraint_text(report) for report in solution.constraints)]
     return "\n".join(lines)
+
+
+def prediction_text(prediction: Prediction) -> str:
+    """What is expected, before the solve."""
+    return (
+        f"{prediction.accuracy}: predicted {prediction.time_s:.2g} s, error (1 - score) "
+        f"{prediction.error:.2g}"
+    )
+
+
+def predicted_text(solution: Solution, prediction: Prediction) -> str:
+    """What was expected beside what came true."""
+    return (
+        f"{prediction.accuracy}: predicted {prediction.time_s:.2g} s, "
+        f"took {solution.solve_s:.2g} s; predicted error (1 - score) {prediction.error:.2g}, "
+        f"was {solution.error:.2g}"
+    )
 
 
 def constraint_text(report: ConstraintReport) -> str:

@@ -159,6 +159,22 @@ class Event:
 
 
 @dataclass(frozen=True)
+class Prediction:
+    """What `ifa.predict` expects of a solve.
+
+    time_s: how long it takes on this machine. error: of its motion, 1 - Score (0 is perfect, 1 no
+    motion). reached: the calibration came to the end of this climb, so that both figures are what
+    it saw there. calibration_s: how long it took, once for all that it predicts.
+    """
+
+    accuracy: str
+    time_s: float
+    error: float
+    reached: bool
+    calibration_s: float
+
+
+@dataclass(frozen=True)
 class Solution:
     """A motion and how good it is; CONVENTIONS.md defines every figure."""
 
@@ -184,6 +200,10 @@ class Solution:
     rung: int
     energy_gain_j: float = 0.0
     method: str = "forward"
+    #: Name of the preset; None where there is none (method="graph").
+    accuracy: str | None = None
+    #: What was expected of this solve, if anything was.
+    prediction: Prediction | None = None
     #: Of method="graph": `kind`, the `score` of the path in the graph, before its splices were
     #: connected, and the `bound` that no other path of the graph exceeds.
     search: dict[str, Any] = field(default_factory=dict)
@@ -193,6 +213,11 @@ class Solution:
     others: tuple[Solution, ...] = field(default=(), repr=False, compare=False)
     #: What `ifa.solve(..., reuse=solution)` goes on from.
     kept: Any = field(default=None, repr=False, compare=False)
+
+    @property
+    def error(self) -> float:
+        """1 - Score: 0 is perfect, 1 a motion that misses a mark. What `ifa.predict` predicts."""
+        return 1.0 - self.score
 
     @property
     def constraints_met(self) -> bool:
@@ -211,15 +236,18 @@ class Solution:
         """What `ifa solve --json` prints: every figure, JSON-ready, without the motion.
 
         `hearing` says what an event is: `events`, `audible_speed_m_s` and `merge_gap_s`.
-        `constraints` and `constraints_met` are there where constraints are.
+        `constraints` and `constraints_met` are there where constraints are, `predicted` (time_s,
+        error) where a prediction was made.
         """
-        left_out = {"motion", "body", "marks", "others", "kept", "constraints"}
+        left_out = {"motion", "body", "marks", "others", "kept", "constraints", "prediction"}
         names = [item.name for item in fields(self) if item.name not in left_out]
         out = {name: getattr(self, name) for name in names}
         out["events"] = [vars(event) for event in self.events]
         if self.constraints:
             out["constraints"] = [report.to_dict() for report in self.constraints]
             out["constraints_met"] = self.constraints_met
+        if self.prediction is not None:
+            out["predicted"] = {"time_s": self.prediction.time_s, "error": self.prediction.error}
         out["hearing"] = self.motion.hearing
         out["version"] = _core.__version__
         return out

@@ -11,13 +11,15 @@ from typing import Any
 import numpy as np
 
 from ifa import _core, arguments
+from ifa import accuracy as accuracies
 from ifa import constraints as poses
 from ifa._core import IfaValueError
+from ifa.accuracy import Accuracy
 from ifa.body import Body
 from ifa.constraints import Constraint
 from ifa.database import Database
 from ifa.marks import HEARING, Signature
-from ifa.solution import Event, Motion, Solution
+from ifa.solution import Event, Motion, Prediction, Solution
 
 CLEARLY_DIFFERENT: float = _core.CLEARLY_DIFFERENT
 """How much takes differ at least: `Motion.difference` from the first to the last mark."""
@@ -32,7 +34,8 @@ def solve(
     method: str = "forward",
     events: str = "audible",
     seed: int = 0,
-    time_budget_s: float = 10.0,
+    accuracy: str | Accuracy = "good",
+    time_budget_s: float | None = None,
     threads: int | None = None,
     material: str = "given",
     energy_gain_j: float = 0.0,
@@ -44,6 +47,7 @@ def solve(
     reuse: Solution | None = None,
     database: Database | str | os.PathLike[str] | None = None,
     search: str = "exact",
+    prediction: Prediction | None = None,
 ) -> Solution:
     """Find a motion of `body` whose audible hits land on `marks`.
 
@@ -56,8 +60,12 @@ def solve(
             silent contact. "contact": marks are intervals of contact, between them it flies (paper
             section 4).
         seed: Of the random numbers: another one finds another motion.
-        time_budget_s: The search climbs a ladder of rungs until a motion is plausible; a rung that
-            the budget leaves too little time for is not begun, and one begun is finished.
+        accuracy: "draft" climbs until a motion has succeeded, "good" until one is plausible, "best"
+            goes on and keeps the best (`ifa.ACCURACIES`); or an `ifa.Accuracy` of one's own. For
+            method="forward".
+        time_budget_s: The search climbs a ladder of rungs until a motion is as `accuracy` asks; a
+            rung that the budget leaves too little time for is not begun, and one begun is finished.
+            None: that of `accuracy`.
         threads: 1 or more, None is one for each core; the result does not depend on it.
         material: "given" keeps the body's restitution and friction, "fit" chooses them.
         energy_gain_j: How much a contact may add to the energy, J.
@@ -69,8 +77,8 @@ def solve(
             plausible but does not meet them, the ladder is climbed on. `solution.constraints` says
             how each was met.
         progress: Read its `fraction` and call its `cancel()` from another thread.
-        rung: Run just this one, so that the result depends on no clock: the same seed and rung give
-            the same motion, byte for byte.
+        rung: Run just this one of the ladder of `accuracy`, so that the result depends on no clock:
+            the same seed and rung give the same motion, byte for byte.
         lead_in_s: How long the motion flies before the first mark, s; less where an earlier contact
             comes, or the sound begins later than that.
         reuse: An earlier solution of the same body and options. What its marks and these have in
@@ -81,6 +89,7 @@ def solve(
         search: For method="graph": "exact", the best path of the graph (to a bound that
             `solution.search` states), or "branch_and_bound", the paper's search (section 5.5),
             which looks five events ahead and stops at a Score of 0.3.
+        prediction: What `ifa.predict` has said of this solve; the solution carries it.
 
     The best motion found is returned even if it is not `succeeded`; it may miss marks
     (`missed_hits` above 0) or hit where there is none (`extra_hits`). Raises IfaValueError naming
@@ -95,6 +104,13 @@ def solve(
     if not isinstance(marks, Signature):
         raise IfaValueError("marks: needs an ifa.Signature")
     _one_of(method, "method", "forward", "graph")
+    preset = accuracies.named(accuracy)
+    if method == "graph" and accuracy != "good":
+        raise IfaValueError('accuracy: is for method="forward"')
+    if prediction is not None and not isinstance(prediction, Prediction):
+        raise IfaValueError("prediction: needs an ifa.Prediction")
+    if prediction is not None and prediction.accuracy != preset.name:
+        raise IfaValueError(f'prediction: is of "{prediction.accuracy}", not "{preset.name}"')
     _one_of(search, "search", "exact", "branch_and_bound")
     _one_of(events, "events", "audible", "contact")
     _one_of(material, "material", "given", "fit")
@@ -113,9 +129,11 @@ def solve(
         raise IfaValueError(f"energy_gain_j: must be finite and 0 or more, got {gain:g}")
     whole_seed = arguments.whole(seed, "seed", 2**64 - 1)
     common: dict[str, Any] = {
-        "time_budget_s": arguments.positive(time_budget_s, "time_budget_s"),
+        "time_budget_s": arguments.positive(
+            preset.time_budget_s if time_budget_s is None else time_budget_s, "time_budget_s"
+        ),
         "energy_gain_j": gain,
-        "rung": _rung(rung, _core.RUNGS if method == "forward" else _core.GRAPH_RUNGS),
+        "rung": _rung(rung, len(preset.ladder) if method == "forward" else _core.GRAPH_RUNGS),
         "takes": arguments.whole(takes, "takes", MOST_TAKES, least=1),
         "lead_in_s": arguments.positive(lead_in_s, "lead_in_s"),
         "progress": progress,
@@ -148,6 +166,9 @@ def solve(
             fit_material=material == "fit",
             contact=events == "contact",
             reuse=None if reuse is None else reuse.kept,
+            ladder=preset.ladder,
+            until_succeeded=preset.until == "succeeded",
+            least_rung=preset.least_rung,
             **common,
         )
     return _solution(
@@ -161,6 +182,8 @@ def solve(
         energy_gain_j=gain,
         method=method,
         kind=search if method == "graph" else None,
+        accuracy=preset.name if method == "forward" else None,
+        prediction=prediction,
     )
 
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "ifa/base/counted.hpp"
@@ -20,11 +21,24 @@ constexpr int kLadder[] = {40, 120, 360, 1080, 2160, 4320};  // states in the be
 constexpr int kTrackedRungs = 1;   // while a known motion is kept to
 constexpr int kMostSearches = 12;  // of one rung, for the takes that the first one lacks
 
+constexpr int kLargestBeam = 100'000;
+
+std::span<const int> ladder_of(const SolveOptions& options) {
+  return options.ladder.empty() ? standard_ladder() : std::span<const int>(options.ladder);
+}
+
 void check(const SolveOptions& options) {
   if (!(options.time_budget_s > 0.0)) throw ArgumentError("time_budget_s: must be above 0");
   if (!(options.energy_gain_j >= 0.0)) throw ArgumentError("energy_gain_j: must be 0 or more");
-  if (options.rung >= rung_count())
-    throw ArgumentError("rung: the last one is " + std::to_string(rung_count() - 1));
+  const std::span<const int> ladder = ladder_of(options);
+  if (ladder.front() < 1 || ladder.back() > kLargestBeam ||
+      std::ranges::adjacent_find(ladder, std::greater_equal{}) != ladder.end())
+    throw ArgumentError("ladder: beams must grow from rung to rung, from 1 to " +
+                        std::to_string(kLargestBeam) + " states");
+  const int last = static_cast<int>(ladder.size()) - 1;
+  if (options.rung > last) throw ArgumentError("rung: the last one is " + std::to_string(last));
+  if (options.least_rung < 0 || options.least_rung > last)
+    throw ArgumentError("least_rung: must be from 0 to " + std::to_string(last));
   if (options.takes < 1) throw ArgumentError("takes: must be 1 or more");
   if (!(options.lead_in_s > 0.0)) throw ArgumentError("lead_in_s: must be above 0");
 }
@@ -32,7 +46,7 @@ void check(const SolveOptions& options) {
 class Solver {
  public:
   Solver(const Body& body, const Marks& marks, const SolveOptions& options, Progress* progress)
-      : options_(options), progress_(progress) {
+      : options_(options), ladder_(ladder_of(options)), progress_(progress) {
     kept_.physics.energy_gain_j = options.energy_gain_j;
     kept_.physics.hearing.events = options.events;
     kept_.plan = make_plan(body, marks,
@@ -73,8 +87,18 @@ class Solver {
 
   Problem problem() const { return {kept_.bodies, kept_.physics, kept_.marks, kept_.plan}; }
 
+  int last_rung() const { return options_.rung >= 0 ? options_.rung : static_cast<int>(ladder_.size()) - 1; }
+
+  double beam(int rung) const { return ladder_[static_cast<std::size_t>(rung)]; }
+
   BeamOptions beam_options(int rung) const {
-    return {kLadder[rung], options_.seed, options_.threads, needs_no_search() && takes_.empty()};
+    return {ladder_[static_cast<std::size_t>(rung)], options_.seed, options_.threads,
+            needs_no_search() && takes_.empty()};
+  }
+
+  bool content() const {
+    const Solution& best = takes_.front();
+    return options_.goal == Goal::succeeded ? best.succeeded && best.constraints_met() : best.satisfies();
   }
 
   // What a rung has found competes with what others did only as a whole.
@@ -104,7 +128,7 @@ class Solver {
     const std::size_t same = std::min(marks_in_common(before.marks, kept_.marks), before.beam.levels.size());
     if (same == 0) return;
     const std::vector<Body> own = std::exchange(kept_.bodies, before.bodies);  // the levels refer to them
-    const int last = options_.rung >= 0 ? std::min(options_.rung, before.rung) : before.rung;
+    const int last = std::min(last_rung(), before.rung);
     double rung_s = 0.0;
     const auto search = [&](int rung, auto&& beam_of) {
       if (!takes_.empty() && takes_.front().satisfies()) return;
@@ -139,13 +163,12 @@ class Solver {
   }
 
   void climb() {
-    const int first = std::max(options_.rung, 0),
-              last = options_.rung >= 0 ? options_.rung : rung_count() - 1;
+    const int first = std::max(options_.rung, 0), last = last_rung();
     const double from = reached(), parts = last - first + 1;
     double rung_s = 0.0;
     for (int rung = first; rung <= last; ++rung) {
       // A rung costs about as much more than the last one as it is larger, had that reached the end.
-      if (rung > first && !in_time(rung_s * static_cast<double>(kLadder[rung]) / kLadder[rung - 1])) return;
+      if (rung > first && !in_time(rung_s * beam(rung) / beam(rung - 1))) return;
       const double rung_began = seconds_gone();
       const auto at = [&](int r) { return from + (1.0 - from) * (r - first) / parts; };
       Progress part(progress_, at(rung), at(rung + 1));
@@ -155,7 +178,7 @@ class Solver {
       if (!beam.levels.empty()) {
         auto takes = takes_of(beam);
         offer(std::move(beam), std::move(takes), rung);
-        if (takes_.front().satisfies()) return;
+        if (rung >= options_.least_rung && content()) return;
       }
       rung_s = (seconds_gone() - rung_began) / share;
     }
@@ -185,6 +208,7 @@ class Solver {
   }
 
   const SolveOptions& options_;
+  std::span<const int> ladder_;
   Progress* progress_;
   const EffectCounts counts_before_ = effect_counts;
   KeptSearch kept_{};
@@ -195,6 +219,8 @@ class Solver {
 }  // namespace
 
 int rung_count() { return static_cast<int>(std::size(kLadder)); }
+
+std::span<const int> standard_ladder() { return kLadder; }
 
 Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions& options,
                        Progress* progress) {

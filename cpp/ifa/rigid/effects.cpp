@@ -34,7 +34,7 @@ Body with_effects(const Body& body, const EngineEffects& effects) {
   const EngineEffects needed = needed_effects(body);
   std::optional<bool> spin_coupling, friction;
   if (effects.spin_coupling != needed.spin_coupling) spin_coupling = effects.spin_coupling;
-  if (!effects.friction || !needed.friction) friction = effects.friction;
+  if (effects.friction != needed.friction) friction = effects.friction;
   const bool same_shape =
       (effects.rounding || !needed.rounding) && (effects.circular_edges || !needed.circular_edges);
   if (same_shape) return body.with_switches(spin_coupling, friction);

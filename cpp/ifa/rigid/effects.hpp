@@ -21,11 +21,12 @@ inline constexpr int kCornersOfRing = 24;
 // the material's figures is above 0, rounding and circular edges where it has them.
 EngineEffects needed_effects(const Body& body);
 
-// The same body, its mass, inertia and material unchanged, with these effects. What it calls for is left to
-// its own, so that the results keep their bytes; friction that is off stays so with every material, and the
-// material keeps its figures. Forced on beyond need, spin coupling and friction run their general code;
-// rounding and circular edges that it does not have cannot be put on: there is nothing to run.
-// Throws ArgumentError where rounding is off and the rest has no volume (a ball, a capsule).
+// The same body, its mass, inertia and material unchanged, with these effects. Those that are as it calls for
+// are left to follow it and its material, and the results keep their bytes; others are forced, and stay so
+// with every material (the figures of friction are kept, and not used). Forced on beyond need, spin coupling
+// and friction run their general code; rounding and circular edges that it does not have cannot be put on:
+// there is nothing to run. Throws ArgumentError where rounding is off and the rest has no volume (a ball, a
+// capsule).
 Body with_effects(const Body& body, const EngineEffects& effects);
 
 }  // namespace ifa

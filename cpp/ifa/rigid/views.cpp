@@ -31,6 +31,7 @@ lanes::BodyView view_of(const Body& body) {
   view.mass = body.mass_kg();
   for (int i = 0; i < 3; ++i) view.inertia[i] = body.principal_inertia()[body.isotropic() ? 0 : i];
   view.isotropic = body.isotropic();
+  view.centred = view.vertices == 1 && view.rings == 0 && body.principal_vertices().front().isZero(0.0);
   view.couples_spin = body.couples_spin();
   view.cone = body.has_cone();
   const Material material = body.contact_material();

@@ -57,6 +57,48 @@ TEST(Search, SameBytesForAnyNumberOfThreadsAndAgain) {
   expect_same_bytes(one, solve_forward(body, marks, climbing, nullptr));
 }
 
+// A climb is made of its rungs, each of which depends on its beam alone.
+TEST(Search, ClimbsTheLadderAskedFor) {
+  const Body body = cube();
+  int climbed_past_success = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const Marks marks = of_a_throw(body, seed, 6);
+    const int ladder[] = {6, 20, 60};
+    std::vector<Solution> alone;
+    for (const int beam : ladder) {
+      SolveOptions options = first_rung();
+      options.ladder = {beam};
+      try {
+        alone.push_back(solve_forward(body, marks, options, nullptr));
+      } catch (const NoMotionError&) {
+        break;
+      }
+    }
+    if (alone.size() < std::size(ladder)) continue;
+    for (const Goal goal : {Goal::plausible, Goal::succeeded})
+      for (const int least : {0, 2}) {
+        // what the description says, rung by rung
+        std::size_t best = 0, k = 0;
+        for (;; ++k) {
+          if (k > 0 && better(alone[k], alone[best])) best = k;
+          const bool content = goal == Goal::plausible ? alone[best].plausible : alone[best].succeeded;
+          if (k + 1 == alone.size() || (content && static_cast<int>(k) >= least)) break;
+        }
+        SolveOptions options = first_rung();
+        options.rung = -1;
+        options.time_budget_s = 1e6;
+        options.ladder.assign(std::begin(ladder), std::end(ladder));
+        options.goal = goal;
+        options.least_rung = least;
+        const Solution s = solve_forward(body, marks, options, nullptr);
+        EXPECT_EQ(s.rung, static_cast<int>(best));
+        expect_same_bytes(s, alone[best]);
+        climbed_past_success += best > 0 && alone[0].succeeded;
+      }
+  }
+  EXPECT_GT(climbed_past_success, 0);  // or nothing above was a choice
+}
+
 TEST(Search, OtherSeedsFindOtherMotions) {
   const Body body = cube();
   const Marks marks = marks_at({0.2, 0.32, 0.4}, Ending::open);
@@ -258,6 +300,16 @@ TEST(Search, BadOptionsAreNamed) {
   o = first_rung();
   o.rung = rung_count();
   EXPECT_EQ(message(o, marks).rfind("rung:", 0), 0u);
+  for (const auto& ladder : std::vector<std::vector<int>>{{0, 10}, {10, 10}, {20, 10}, {1'000'000}}) {
+    o = first_rung();
+    o.ladder = ladder;
+    EXPECT_EQ(message(o, marks).rfind("ladder:", 0), 0u);
+  }
+  for (const int least : {-1, rung_count()}) {
+    o = first_rung();
+    o.least_rung = least;
+    EXPECT_EQ(message(o, marks).rfind("least_rung:", 0), 0u);
+  }
   o = first_rung();
   o.takes = 0;
   EXPECT_EQ(message(o, marks).rfind("takes:", 0), 0u);

@@ -164,6 +164,7 @@ inline FlightPath::Contact FlightPath::next_contact(Pack limit_s, Mask where) {
   // point comes down by more than 1e-16 of the size.
   const Pack floor = 1e-14 * (size + magnitude(start_.position.z));
   const Pack least_step = 1e-8 * root(size / bound);
+  const Up unturned{broadcast(0.0, 0.0, 0.0), broadcast(0.0, 0.0, 0.0)};  // whose height no turn changes
   Pack t = zero;
   Mask open = where & (limit_s >= zero), found = none();
   // The step until a point at height h > 0 may touch, where that is before `step`.
@@ -175,7 +176,7 @@ inline FlightPath::Contact FlightPath::next_contact(Pack limit_s, Mask where) {
     step = select(sooner, least(s, step), step);
   };
   for (int i = 0; i < kMostAdvances && any(open); ++i) {
-    const Up u = up_at(t, open);
+    const Up u = body_.centred ? unturned : up_at(t, open);
     const Pack z = height(t) - body_.rounding, climb_rate = climb(t);
     Pack step = never;
     Mask landed = none(), near = none();

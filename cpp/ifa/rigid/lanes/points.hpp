@@ -71,7 +71,7 @@ class Points {
   int count() const { return body_.vertices + kRingPoints * rings(body_); }
 
   Pack3 at(int point) const {
-    if (point < body_.vertices) return broadcast(body_.vertex + 3 * point);
+    if (is_vertex(point)) return broadcast(body_.vertex + 3 * point);
     return ring_point_[point - body_.vertices];
   }
 
@@ -80,7 +80,7 @@ class Points {
     Pack3 p{};
     for (int l = 0; l < kWidth; ++l) {
       const int k = point_of_lane[l];
-      if (k < body_.vertices) {
+      if (is_vertex(k)) {
         const double* v = body_.vertex + 3 * k;
         set(p.x, l, v[0]), set(p.y, l, v[1]), set(p.z, l, v[2]);
       } else {
@@ -95,6 +95,8 @@ class Points {
   void place_rings(const Pack3& up);
 
  private:
+  bool is_vertex(int point) const { return !compiled(Effect::circular_edges) || point < body_.vertices; }
+
   const BodyView& body_;
   Pack3 ring_point_[kMostRings * kRingPoints];
 };

@@ -24,6 +24,7 @@ struct BodyView {
   double rounding, bounding_radius;
   double mass, inertia[3];
   bool isotropic;
+  bool centred;       // its one point is its centre of mass: a ball, whose contacts do not depend on its pose
   bool couples_spin;  // else it turns with a constant spin about a fixed axis
   bool cone;          // Coulomb's cone is solved, be it of friction 0
   double restitution, friction, rolling_friction_m, spin_friction_m;

@@ -1,0 +1,74 @@
+"""What the tolerances of keys cost: how many keys the add-on makes of solved motions, how fast."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import math
+import statistics
+import sys
+import time
+from pathlib import Path
+from types import ModuleType
+
+import ifa
+
+from benchmarks.physics.report import Row
+from benchmarks.solve.kinds import KINDS
+
+_FPS = 24.0
+_ADDON_KEYS = Path(__file__).resolve().parents[2] / "addon" / "ifa_addon" / "keys.py"
+_OTHERS = ((1e-3, math.radians(0.5)), (2e-6, math.radians(0.001)))
+
+
+def rows(options: argparse.Namespace) -> list[Row]:
+    """Keys for each second of motion and milliseconds to make them, medians over motions."""
+    keys = _addon_keys()
+    motions = []
+    for case in KINDS["simulated"].make(options.shared, options.limit):
+        solution = ifa.solve(case.body, case.marks, rung=0, seed=options.seed)
+        motions.append((solution.motion, case.body))
+    tolerances = {
+        (preset.key_position_m, preset.key_angle_rad): name
+        for name, preset in ifa.ACCURACIES.items()
+    }
+    tolerances |= {each: "" for each in _OTHERS if each not in tolerances}
+    out: list[Row] = []
+    for (position_m, angle_rad), name in sorted(tolerances.items(), reverse=True):
+        # the add-on's own limits, until it asks for them by preset
+        keys.POSITION_TOLERANCE_M, keys.ROTATION_TOLERANCE_RAD = position_m, angle_rad
+        per_s, ms = [], []
+        for motion, body in motions:
+            place = keys.Placement(centre_of_mass_m=body.centre_of_mass_m)
+            begin_s = time.process_time()
+            made = keys.make_keys(motion, keys.Timing(_FPS, 1.0), place)
+            ms.append(1e3 * (time.process_time() - begin_s))
+            per_s.append(len(made.frames) / (motion.end_s - motion.start_s))
+        out.append(
+            {
+                "preset": name,
+                "position_mm": 1e3 * position_m,
+                "angle_deg": math.degrees(angle_rad),
+                "motions": len(motions),
+                "keys_per_s": statistics.median(per_s),
+                "time_ms": statistics.median(ms),
+            }
+        )
+    return out
+
+
+def line(row: Row) -> str:
+    return (
+        f"{row['preset']:6} {row['position_mm']:8.3g} mm {row['angle_deg']:8.3g} degrees: "
+        f"{row['keys_per_s']:6.1f} keys/s, {row['time_ms']:6.2f} ms"
+    )
+
+
+def _addon_keys() -> ModuleType:
+    """The add-on's maker of keys, which needs no Blender."""
+    spec = importlib.util.spec_from_file_location("ifa_addon_keys", _ADDON_KEYS)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # its dataclasses look themselves up
+    spec.loader.exec_module(module)
+    return module

@@ -1,0 +1,1 @@
+"""What each effect costs: the time with and without it, on a scene that needs it."""

@@ -1,0 +1,49 @@
+"""Prints what each effect costs, and writes it as CSV.
+
+    .venv/bin/python -m benchmarks.effects [--quick] [--seed N] [--output DIR]
+
+Each effect is timed on a scene that needs it, with and without it in turns; beside the time stands
+what leaving it out changes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import platform
+from dataclasses import asdict
+from pathlib import Path
+
+import ifa
+
+from benchmarks.physics.report import write_csv
+
+from . import engine
+from .measure import HEADER, Row
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def main() -> None:
+    """The table, line by line as it is measured."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="fewer throws and repeats")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--output", type=Path, default=ROOT / "build" / "bench")
+    options = parser.parse_args()
+    simulations, repeats = (100, 3) if options.quick else (1000, 15)
+    about = (
+        f"{platform.machine()}, {ifa.instruction_sets()[-1]}, one thread; CPU time, the median of "
+        f"{repeats} in turns"
+    )
+    print(f"{about}\n{HEADER}")
+    table: list[Row] = []
+    for row in engine.rows(simulations, repeats, options.seed):
+        print(row.line(), flush=True)
+        table.append(row)
+    path = options.output / "effects.csv"
+    write_csv(path, [about], [asdict(row) for row in table])
+    print(f"written to {path}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,146 @@
+"""Measuring studies: every setting several times, all interleaved."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from statistics import median
+
+from ifa._core import Cancelled, IfaError, Progress
+from ifa.tradeoff.curve import Curve, Outcome, Point, Setting, Study
+from ifa.tradeoff.pareto import pareto_front
+
+# Where a setting has not been run yet it is expected to take so many times as long as the one
+# before it in its study: steps and sizes are mostly doubled or tripled.
+_GROWTH = 3.0
+# A run that would take so many times its share of the time that is left waits for the shorter ones.
+_PATIENCE = 4.0
+
+
+def measure(
+    studies: Sequence[Study],
+    *,
+    repeats: int,
+    deadline_s: float = math.inf,
+    progress: Progress | None = None,
+) -> list[Curve]:
+    """Run every setting of all studies `repeats` times and make the curves.
+
+    All settings are run once before any is run again, the first ones of all studies before the
+    second ones, so that a machine that slows down slows all of them; where time is short, long runs
+    go to the end of their round. Before that the first setting
+    of each study is run once without being counted: caches, threads and the clock warm up.
+
+    Args:
+        studies: What to measure.
+        repeats: 1 or more.
+        deadline_s: By `time.monotonic`. A run that would end later, going by what it or its
+            predecessor took, is not begun; `Point.not_reached` counts them.
+        progress: Cancels between runs.
+
+    Raises:
+        Cancelled: `progress` asked for it.
+    """
+    outcomes: dict[tuple[int, int], list[Outcome]] = {}
+    took_s: dict[tuple[int, int], float] = {}
+
+    def expected_s(study: int, row: int) -> float:
+        if (study, row) in took_s:
+            return took_s[study, row]
+        return _GROWTH * expected_s(study, row - 1) if row else 0.0
+
+    order = list(_round_robin(studies))
+    runs = max(1, repeats * len(order) + len(studies))
+    done = 0
+
+    def turn(study: int, row: int, repeat: int) -> Outcome | None:
+        nonlocal done
+        if progress is not None:
+            progress.raise_to(done / runs)
+            if progress.cancelled:
+                raise Cancelled("cancelled")
+        done += 1
+        began_s = time.monotonic()
+        if began_s + expected_s(study, row) > deadline_s:
+            return None
+        outcome = _run(studies[study].settings[row], repeat)
+        took_s[study, row] = time.monotonic() - began_s
+        return outcome
+
+    for index, study in enumerate(studies):
+        if study.settings:
+            turn(index, 0, 0)
+    for repeat in range(repeats):
+        pending, deferred = deque(order), deque[tuple[int, int]]()
+        while pending or deferred:
+            index, row = (pending or deferred).popleft()
+            share_s = (deadline_s - time.monotonic()) / (1 + len(pending) + len(deferred))
+            if pending and expected_s(index, row) > _PATIENCE * share_s:
+                deferred.append((index, row))
+                continue
+            outcome = turn(index, row, repeat)
+            if outcome is not None:
+                outcomes.setdefault((index, row), []).append(outcome)
+    return [
+        _curve(
+            study, [outcomes.get((index, row), []) for row in range(len(study.settings))], repeats
+        )
+        for index, study in enumerate(studies)
+    ]
+
+
+def _round_robin(studies: Sequence[Study]) -> Iterator[tuple[int, int]]:
+    """(study, setting): the first setting of every study, then the second ones."""
+    for row in range(max((len(study.settings) for study in studies), default=0)):
+        for index, study in enumerate(studies):
+            if row < len(study.settings):
+                yield index, row
+
+
+def _run(setting: Setting, repeat: int) -> Outcome:
+    """One run; an error of the library is its failure, and NaN is one too."""
+    began_s = time.perf_counter()
+    try:
+        outcome = setting.run(repeat)
+    except Cancelled:
+        raise
+    except IfaError as error:
+        return Outcome(time.perf_counter() - began_s, math.nan, str(error))
+    if not outcome.failure and not math.isfinite(outcome.error):
+        return Outcome(outcome.time_s, math.nan, "the error is not a finite number")
+    return outcome
+
+
+def _curve(study: Study, outcomes: Sequence[list[Outcome]], repeats: int) -> Curve:
+    points = []
+    for setting, runs in zip(study.settings, outcomes, strict=True):
+        good = [run for run in runs if not run.failure]
+        time_s, time_range_s = _spread([run.time_s for run in good or runs])
+        error, error_range = _spread([run.error for run in good])
+        points.append(
+            Point(
+                label=setting.label,
+                series=setting.series,
+                time_s=time_s,
+                time_range_s=time_range_s,
+                error=error,
+                error_range=error_range,
+                repeats=len(runs),
+                failures=tuple(run.failure for run in runs if run.failure),
+                on_front=False,
+                not_reached=repeats - len(runs),
+                losses=tuple(dict.fromkeys(loss for run in runs for loss in run.losses)),
+            )
+        )
+    front = pareto_front([p.time_s for p in points], [p.error for p in points])
+    on_front = (replace(p, on_front=on) for p, on in zip(points, front, strict=True))
+    return Curve(study, tuple(on_front))
+
+
+def _spread(values: Sequence[float]) -> tuple[float, tuple[float, float]]:
+    if not values:
+        return math.nan, (math.nan, math.nan)
+    return median(values), (min(values), max(values))
