@@ -1,7 +1,5 @@
-// Motion connections beside the paper's scheme: how many converge, and what one costs. Random pairs of states
-// within the paper's cut-off, log f_v > -10 and log f_q > -10: the take-off of a simulated node, and that of
-// another motion, which is the first one changed at random within the cut-off and whose flight leads to the
-// target. Prints a table, and writes CSV, a row for each problem, to the file named.
+// Motion connections beside the paper's scheme: how many converge, and what one costs. The problems are those
+// of draw_connection_problems. Prints a table, and writes CSV, a row for each problem, to the file named.
 //
 // The paper's scheme runs twice: with our exact flights, and with Runge-Kutta steps of 1 ms, as the paper
 // integrates (a fast needle diverges in these, and gives up at once). Both stop at 1e-3 rad, or after 200
@@ -11,16 +9,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <vector>
 
-#include "ifa/base/random.hpp"
 #include "ifa/graph/connection.hpp"
-#include "ifa/graph/harvest.hpp"
+#include "ifa/graph/connection_problems.hpp"
 #include "ifa/graph/paper_shooting.hpp"
-#include "ifa/rigid/flight.hpp"
 #include "ifa/rigid/views.hpp"
-#include "ifa/signature/factors.hpp"
 
 namespace {
 
@@ -28,7 +22,7 @@ using namespace ifa;
 
 constexpr int kProblems = 2000, kSimulations = 1500, kRounds = 5;
 constexpr int kPaperIterations = 200;
-constexpr double kPaperTolerance_rad = 1e-3, kPaperStep_s = 1e-3, kLogCutOff = -10.0;
+constexpr double kPaperTolerance_rad = 1e-3, kPaperStep_s = 1e-3;
 constexpr double kPenetration_m = 1e-4;  // what `succeeded` allows (CONVENTIONS.md)
 
 const Vec3 kGravity(0.0, 0.0, -9.81);
@@ -43,55 +37,6 @@ Body box(const char* name, const Vec3& size_m, double mass_kg) {
   d.inertia_kg_m2 = (mass_kg / 12.0 * (Vec3::Constant(squares.sum()) - squares)).asDiagonal();
   d.mass_kg = mass_kg;
   return Body::make(d);
-}
-
-struct Problem {
-  State from, like, to;
-  double duration_s;
-  double flight_s;  // of the node's own flight, which touches the ground at both ends
-};
-
-// Eq. 4: the largest tilt between the two.
-double most_tilt_rad(double duration_s) {
-  constexpr double kWeight = 0.85, kScale_s = 0.2;
-  return std::sqrt(-kLogCutOff / kWeight) * std::min(duration_s, kScale_s);
-}
-
-std::vector<Problem> problems_of(const Body& body) {
-  const NodeColumns columns = harvest(body, {}, {}, 1, 0, kSimulations, 30.0);
-  const Nodes nodes = view_of(columns);
-  std::vector<std::size_t> usable;  // onset and take-off in one: the state is known to all digits
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    if (nodes.flight_s[i] > 0.0f && nodes.delay_s[i] == 0.0f) usable.push_back(i);
-  std::vector<Problem> problems;
-  Flight flight(body);
-  for (int k = 0; k < kProblems; ++k) {
-    RandomStream random(2, static_cast<std::uint64_t>(k));
-    const std::size_t i =
-        usable[static_cast<std::size_t>(random.uniform() * static_cast<double>(usable.size()))];
-    Problem p;
-    p.from = onset_of(nodes, i);
-    p.flight_s = static_cast<double>(nodes.flight_s[i]);
-    p.duration_s = random.uniform(0.02, 0.5);
-    const float* change = nodes.change.data() + 6 * i;
-    const Quat& q = p.from.orientation;
-    const PlausibleRegion region(q * Vec3(change[0], change[1], change[2]),
-                                 q * Vec3(change[3], change[4], change[5]), body.bounding_radius_m());
-    // Registration leaves no yaw: the axis of the tilt is level.
-    const double heading = random.uniform(0.0, 2.0 * std::numbers::pi);
-    const double tilt = random.uniform(0.0, most_tilt_rad(p.duration_s));
-    p.like = p.from;
-    p.like.orientation = rotation_exp(tilt * Vec3(std::cos(heading), std::sin(heading), 0.0)) * q;
-    Vec6 y;  // uniform in the 6-ball of the cut-off
-    for (double& v : y) v = random.normal();
-    y *= std::sqrt(-kLogCutOff) * std::pow(random.uniform(), 1.0 / 6.0) / y.norm();
-    p.like.velocity += region.velocity_offset(y);
-    p.like.angular_velocity += region.spin_offset(y);
-    flight.start(p.like, kGravity);
-    p.to = flight.at(p.duration_s);
-    problems.push_back(p);
-  }
-  return problems;
 }
 
 double median(std::vector<double> v) {
@@ -119,7 +64,7 @@ const char* name_of(Shot outcome) {
 }
 
 void run(const Body& body, std::FILE* csv) {
-  const auto problems = problems_of(body);
+  const auto problems = draw_connection_problems(body, 1, kSimulations, kProblems, kGravity);
   const Connector connector(body);
   const lanes::BodyView view = view_of(body);
   const std::size_t count = problems.size();
@@ -129,7 +74,7 @@ void run(const Body& body, std::FILE* csv) {
   std::size_t below = 0;
   for (int round = 0; round < kRounds; ++round)
     for (std::size_t k = 0; k < count; ++k) {
-      const Problem& p = problems[k];
+      const ConnectionProblem& p = problems[k];
       const Quat &q0 = p.from.orientation, &q1 = p.like.orientation;
       const Quat target = q0.conjugate() * p.to.orientation;
       time(ours[k], [&] { found[k] = connector.connect(p.from, p.like, p.to, p.duration_s, kGravity); });

@@ -66,7 +66,7 @@ void bind_forward(py::module_& m) {
          bool fit_material, double energy_gain_j, int rung, bool contact, int takes, double lead_in_s,
          const std::shared_ptr<KeptSearch>& reuse, const std::shared_ptr<Progress>& progress,
          const std::map<std::string, bool>& forced, const std::vector<int>& ladder, bool until_succeeded,
-         int least_rung) {
+         int least_rung, int roots, int variants) {
         const SolveOptions options{seed,
                                    time_budget_s,
                                    threads,
@@ -80,7 +80,8 @@ void bind_forward(py::module_& m) {
                                    to_forced(forced),
                                    ladder,
                                    until_succeeded ? Goal::succeeded : Goal::plausible,
-                                   least_rung};
+                                   least_rung,
+                                   {roots, variants}};
         const auto work = [&](Progress* p) { return solve_forward(body, marks, options, p); };
         return from_solution(run_interruptible<Solution>(progress, work));
       },
@@ -88,7 +89,8 @@ void bind_forward(py::module_& m) {
       py::arg("threads"), py::arg("fit_material"), py::arg("energy_gain_j"), py::arg("rung"),
       py::arg("contact"), py::arg("takes"), py::arg("lead_in_s"), py::arg("reuse"), py::arg("progress"),
       py::arg("forced") = std::map<std::string, bool>{}, py::arg("ladder") = std::vector<int>{},
-      py::arg("until_succeeded") = false, py::arg("least_rung") = 0);
+      py::arg("until_succeeded") = false, py::arg("least_rung") = 0, py::arg("roots") = Proposals{}.roots,
+      py::arg("variants") = Proposals{}.variants);
   m.def(
       "estimate",
       [](const Body& body, const Marks& marks, const Array& gravity_m_s2) {

@@ -3,6 +3,7 @@
 #include "ifa/graph/replay.hpp"
 #include "ifa/graph/solve.hpp"
 
+#include "connections.hpp"
 #include "solution.hpp"
 #include "states.hpp"
 
@@ -61,6 +62,7 @@ Recipe to_recipe(std::uint64_t seed, bool contact, double merge_gap_s, double co
 }  // namespace
 
 void bind_graph(py::module_& m) {
+  bind_connections(m);
   auto& replay_error = py::register_exception<ReplayError>(m, "ReplayError", m.attr("IfaError"));
   replay_error.doc() = "An edge of a database does not lead where it led when the database was built.";
   m.attr("SIMULATED_SHARE") = kSimulatedShare;
@@ -110,20 +112,24 @@ void bind_graph(py::module_& m) {
       "solve_graph",
       [](const ContactGraph& graph, const Marks& marks, double time_budget_s, int rung, int takes,
          double energy_gain_j, double lead_in_s, bool branch_and_bound,
-         const std::shared_ptr<Progress>& progress, const std::map<std::string, bool>& forced) {
+         const std::shared_ptr<Progress>& progress, const std::map<std::string, bool>& forced,
+         std::size_t states, std::size_t neighbours, std::size_t children) {
         const GraphOptions options{time_budget_s,
                                    rung,
                                    takes,
                                    energy_gain_j,
                                    lead_in_s,
                                    branch_and_bound ? GraphSearch::branch_and_bound : GraphSearch::layered,
-                                   to_forced(forced)};
+                                   to_forced(forced),
+                                   {states, neighbours, children}};
         return from_solution(run_interruptible<Solution>(
             progress, [&](Progress* p) { return solve_graph(graph, marks, options, p); }));
       },
       py::arg("graph"), py::arg("marks"), py::kw_only(), py::arg("time_budget_s"), py::arg("rung"),
       py::arg("takes"), py::arg("energy_gain_j"), py::arg("lead_in_s"), py::arg("branch_and_bound"),
-      py::arg("progress"), py::arg("forced") = std::map<std::string, bool>{});
+      py::arg("progress"), py::arg("forced") = std::map<std::string, bool>{},
+      py::arg("states") = GraphSizes{}.states, py::arg("neighbours") = GraphSizes{}.neighbours,
+      py::arg("children") = GraphSizes{}.children);
   m.def(
       "open_database",
       [](const std::string& path) { return std::make_shared<Database>(Database::open(path)); },

@@ -72,6 +72,17 @@ py::dict from_solution(const Solution& s) {
   d["restitution"] = s.restitution;
   d["friction"] = s.friction;
   d["rung"] = s.rung;
+  py::list history;
+  for (const Stage& stage : s.history) {
+    py::dict h;
+    h["time_s"] = stage.time_s;
+    h["rung"] = stage.rung;
+    h["score"] = stage.score;
+    h["succeeded"] = stage.succeeded;
+    h["plausible"] = stage.plausible;
+    history.append(h);
+  }
+  d["history"] = history;
   py::list others;
   for (const Solution& other : s.others) others.append(from_solution(other));
   d["others"] = others;

@@ -35,7 +35,7 @@ from ifa.explanation import Conflict, Explanation, Repair, explain
 from ifa.marks import Signature
 from ifa.prediction import predict, predict_all
 from ifa.simulation import Hits, Run, State, fly, simulate
-from ifa.solution import Event, Motion, Prediction, Solution
+from ifa.solution import Event, Motion, Prediction, Solution, Stage
 from ifa.solving import CLEARLY_DIFFERENT, solve
 from ifa.symmetry import Symmetry
 from ifa.tradeoff import TradeoffReport, tradeoff
@@ -74,6 +74,7 @@ __all__ = [
     "SampleStatus",
     "Signature",
     "Solution",
+    "Stage",
     "State",
     "Symmetry",
     "TradeoffReport",

@@ -159,6 +159,21 @@ class Event:
 
 
 @dataclass(frozen=True)
+class Stage:
+    """What a solve had after one of its rungs.
+
+    time_s: since it began; like `Solution.solve_s` it differs between runs. rung: that had just
+    been run. score, succeeded, plausible: of the best motion so far.
+    """
+
+    time_s: float
+    rung: int
+    score: float
+    succeeded: bool
+    plausible: bool
+
+
+@dataclass(frozen=True)
 class Prediction:
     """What `ifa.predict` expects of a solve.
 
@@ -209,6 +224,9 @@ class Solution:
     search: dict[str, Any] = field(default_factory=dict)
     #: How each constraint of the marks was met, in their order.
     constraints: tuple[ConstraintReport, ...] = ()
+    #: How the solve got there, rung by rung: what was the best when. Only of the solve's own
+    #: motion, not of further takes; not part of OUT.json.
+    history: tuple[Stage, ...] = field(default=(), repr=False, compare=False)
     #: Further takes: motions clearly different from this one and from one another, best first.
     others: tuple[Solution, ...] = field(default=(), repr=False, compare=False)
     #: What `ifa.solve(..., reuse=solution)` goes on from.
@@ -239,7 +257,16 @@ class Solution:
         `constraints` and `constraints_met` are there where constraints are, `predicted` (time_s,
         error) where a prediction was made.
         """
-        left_out = {"motion", "body", "marks", "others", "kept", "constraints", "prediction"}
+        left_out = {
+            "motion",
+            "body",
+            "marks",
+            "others",
+            "kept",
+            "history",
+            "constraints",
+            "prediction",
+        }
         names = [item.name for item in fields(self) if item.name not in left_out]
         out = {name: getattr(self, name) for name in names}
         out["events"] = [vars(event) for event in self.events]

@@ -19,12 +19,17 @@ from ifa.body import Body
 from ifa.constraints import Constraint
 from ifa.database import Database
 from ifa.marks import HEARING, Signature
-from ifa.solution import Event, Motion, Prediction, Solution
+from ifa.solution import Event, Motion, Prediction, Solution, Stage
 
 CLEARLY_DIFFERENT: float = _core.CLEARLY_DIFFERENT
 """How much takes differ at least: `Motion.difference` from the first to the last mark."""
 
 MOST_TAKES = 1000  # of one solve
+
+EXPERT: dict[str, dict[str, int]] = {  # by method: names, and the least value
+    "forward": {"roots": 1, "variants": 0},
+    "graph": {"states": 1, "neighbours": 1, "children": 1},
+}
 
 
 def solve(
@@ -47,6 +52,7 @@ def solve(
     reuse: Solution | None = None,
     database: Database | str | os.PathLike[str] | None = None,
     search: str = "exact",
+    expert: Mapping[str, int] | None = None,
     prediction: Prediction | None = None,
 ) -> Solution:
     """Find a motion of `body` whose audible hits land on `marks`.
@@ -89,6 +95,11 @@ def solve(
         search: For method="graph": "exact", the best path of the graph (to a bound that
             `solution.search` states), or "branch_and_bound", the paper's search (section 5.5),
             which looks five events ahead and stops at a Score of 0.3.
+        expert: Sizes inside the searches, to measure what they cost (`ifa tradeoff`); None and what
+            is left out is what was found best. Of "forward": `roots`, how many changes that meet
+            the next mark are sought for each state, and `variants` of each. Of "graph": `states` of
+            a layer of the exact search, `neighbours`, the transitions of a node that it looks at,
+            and `children` of a node in branch and bound.
         prediction: What `ifa.predict` has said of this solve; the solution carries it.
 
     The best motion found is returned even if it is not `succeeded`; it may miss marks
@@ -137,6 +148,7 @@ def solve(
         "takes": arguments.whole(takes, "takes", MOST_TAKES, least=1),
         "lead_in_s": arguments.positive(lead_in_s, "lead_in_s"),
         "progress": progress,
+        **_expert(expert, method),
     }
     workers = arguments.threads(threads)
     hearing = {**HEARING, "events": events}
@@ -205,6 +217,19 @@ def _database_for(
     return database
 
 
+def _expert(expert: Mapping[str, int] | None, method: str) -> dict[str, int]:
+    """The sizes that are given, checked."""
+    known = EXPERT[method]
+    given = dict(expert or {})
+    for name in given:
+        if name not in known:
+            raise IfaValueError(f'expert: method="{method}" has {", ".join(known)}, got {name!r}')
+    return {
+        name: arguments.whole(value, f"expert: {name}", 2**31 - 1, least=known[name])
+        for name, value in given.items()
+    }
+
+
 def _rung(rung: int | None, rungs: int) -> int:
     return -1 if rung is None else arguments.whole(rung, "rung", rungs - 1)
 
@@ -236,6 +261,7 @@ def _solution(
         events=events,
         constraints=poses.reports(marks.constraints, found.pop("constraints")),
         others=others,
+        history=tuple(Stage(**stage) for stage in found.pop("history")),
         search={} if kind is None else {"kind": kind, "score": score, "bound": bound},
         **found,
         **rest,

@@ -16,8 +16,6 @@ constexpr std::size_t kStartsPerState = 12;
 constexpr std::size_t kStartChunk = 32, kChunk = 16;  // what one thread takes at once
 constexpr std::size_t kStartGroup = 8;                // first contacts tried at once for a single mark
 constexpr std::size_t kBatches = 4;
-constexpr int kProposals = 3;           // root searches for each state
-constexpr int kVariants = 4;            // of each root
 constexpr std::size_t kFewTracked = 6;  // children that keep to a known motion
 constexpr int kFinishRounds = 4;
 constexpr double kFinishPerState_s = 20.0;  // simulated in search of an ending, for each state of the beam
@@ -99,7 +97,7 @@ class Search {
                     expander.follow(std::span(parents).subspan(chunk.from, chunk.size), chunk.from, k, out);
                   }));
     const auto expand = [&](std::size_t from, std::size_t to, int round, const Tolerance& tolerance) {
-      const ExpandOptions how{kProposals, kVariants, tolerance, round == 0};
+      const ExpandOptions how{options_.proposals.roots, options_.proposals.variants, tolerance, round == 0};
       add(collect(chunks_between(from, to), [&](const Chunk& chunk, Expander& expander,
                                                 std::vector<Candidate>& out) {
         std::vector<RandomStream> random;
@@ -349,7 +347,7 @@ Beam track_beam(const Problem& problem, const BeamOptions& options, Progress* pr
     Level next;
     expander.track(parents, from, k, known.links[k], known.links[k + 1].onset, random, next.candidates);
     if (next.candidates.size() < kFewTracked) {  // about to be lost: what else comes in time?
-      const ExpandOptions how{kProposals, kVariants, kPlausible, true};
+      const ExpandOptions how{options.proposals.roots, options.proposals.variants, kPlausible, true};
       expander.expand(parents, from, k, how, random, next.candidates);
       next = select(std::move(next.candidates), problem, static_cast<std::size_t>(options.beam), 1, false);
     }

@@ -10,10 +10,17 @@
 
 namespace ifa {
 
+// How each state's impact is changed on the way to its next event.
+struct Proposals {
+  int roots = 3;     // searches for a change that meets the next mark, at most
+  int variants = 4;  // of each change that does
+};
+
 struct BeamOptions {
   int beam = 300;  // states kept at each event
   std::uint64_t seed = 0;
   int threads = 0;
+  Proposals proposals;
   bool few_starts = false;  // of a single mark: no more first contacts than it takes
 };
 

@@ -41,6 +41,8 @@ void check(const SolveOptions& options) {
     throw ArgumentError("least_rung: must be from 0 to " + std::to_string(last));
   if (options.takes < 1) throw ArgumentError("takes: must be 1 or more");
   if (!(options.lead_in_s > 0.0)) throw ArgumentError("lead_in_s: must be above 0");
+  if (options.proposals.roots < 1) throw ArgumentError("roots: must be 1 or more");
+  if (options.proposals.variants < 0) throw ArgumentError("variants: must be 0 or more");
 }
 
 class Solver {
@@ -77,6 +79,7 @@ class Solver {
     Solution best = std::move(takes_.front());
     best.others.assign(std::make_move_iterator(takes_.begin() + 1), std::make_move_iterator(takes_.end()));
     best.kept = std::make_shared<const KeptSearch>(std::move(kept_));
+    best.history = std::move(history_);
     return best;
   }
 
@@ -92,7 +95,7 @@ class Solver {
   double beam(int rung) const { return ladder_[static_cast<std::size_t>(rung)]; }
 
   BeamOptions beam_options(int rung) const {
-    return {ladder_[static_cast<std::size_t>(rung)], options_.seed, options_.threads,
+    return {ladder_[static_cast<std::size_t>(rung)], options_.seed, options_.threads, options_.proposals,
             needs_no_search() && takes_.empty()};
   }
 
@@ -107,10 +110,12 @@ class Solver {
       s.rung = rung;
       s.simulated_s = beam.simulated_s;
     }
-    if (!takes_.empty() && !better(takes.front(), takes_.front())) return;
-    takes_ = std::move(takes);
-    kept_.rung = rung;
-    kept_.beam = std::move(beam);
+    if (takes_.empty() || better(takes.front(), takes_.front())) {
+      takes_ = std::move(takes);
+      kept_.rung = rung;
+      kept_.beam = std::move(beam);
+    }
+    history_.push_back(stage_of(takes_.front(), rung, seconds_gone()));
   }
 
   std::vector<Solution> takes_of(const Beam& beam) const {
@@ -151,6 +156,7 @@ class Solver {
         return search_beam(problem(), options, part, &before.beam, same);
       });
     if (!takes_.empty() && takes_.front().satisfies()) return;
+    history_.clear();
     takes_.clear();  // what the climb finds has its own materials
     kept_.bodies = own;
   }
@@ -213,13 +219,13 @@ class Solver {
   const EffectCounts counts_before_ = effect_counts;
   KeptSearch kept_{};
   std::vector<Solution> takes_;
+  std::vector<Stage> history_;
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace
 
 int rung_count() { return static_cast<int>(std::size(kLadder)); }
-
 std::span<const int> standard_ladder() { return kLadder; }
 
 Solution solve_forward(const Body& body, const Marks& marks, const SolveOptions& options,

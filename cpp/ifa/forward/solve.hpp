@@ -32,6 +32,7 @@ struct SolveOptions {
   std::vector<int> ladder = {};  // states in the beam of each rung, growing; empty: the standard ladder
   Goal goal = Goal::plausible;   // that ends the climb
   int least_rung = 0;            // which is climbed to even where a lower one reaches the goal
+  Proposals proposals = {};
 };
 
 // The ladder: beams grow from rung to rung, as `standard_ladder` or as the options say. On each, the

@@ -24,13 +24,14 @@ const char* why(Shot outcome) {
 Connector::Connector(const Body& body) : body_(body), view_(view_of(body)) {}
 
 Connection Connector::connect(const State& from, const State& like, const State& to, double duration_s,
-                              const Vec3& gravity) const {
+                              const Vec3& gravity, double tolerance_rad) const {
   Connection c;
   c.start = from;
   c.start.velocity = (to.position - from.position) / duration_s - (0.5 * duration_s) * gravity;
   const Vec3 own = duration_s * (from.orientation.conjugate() * from.angular_velocity);
   const Vec3 other = duration_s * (like.orientation.conjugate() * like.angular_velocity);
-  c.shooting = shoot(view_, from.orientation.conjugate() * to.orientation, 0.5 * (own + other), other);
+  c.shooting =
+      shoot(view_, from.orientation.conjugate() * to.orientation, 0.5 * (own + other), other, tolerance_rad);
   c.start.angular_velocity = from.orientation * (c.shooting.spin_rad / duration_s);
   return c;
 }

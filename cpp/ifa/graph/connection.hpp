@@ -21,11 +21,12 @@ class Connector {
  public:
   explicit Connector(const Body& body);
 
-  // The flight from the pose of `from` to that of `to` in `duration_s` > 0. Its spin is the one near the
-  // average, in the body's axes, of those of `from` and `like`, the take-off whose flight led to `to`: in
-  // world axes, as the paper has it, a momentum along a thin body's axis would seem to be one across it.
+  // The flight from the pose of `from` to that of `to` in `duration_s` > 0, to within `tolerance_rad`. Its
+  // spin is the one near the average, in the body's axes, of those of `from` and `like`, the take-off whose
+  // flight led to `to`: in world axes, as the paper has it, a momentum along a thin body's axis would seem to
+  // be one across it.
   Connection connect(const State& from, const State& like, const State& to, double duration_s,
-                     const Vec3& gravity_m_s2) const;
+                     const Vec3& gravity_m_s2, double tolerance_rad = kShootingTolerance_rad) const;
 
   // Whether some point of the hull is below the ground by more than `tolerance_m` > 0 at any time of the
   // flight from `start`, its ends included. Exact: no point can dip unseen. A point that goes down at once,

@@ -137,7 +137,10 @@ class Search {
       }
       if (node.flight_s <= 0.0f) continue;
       e.spliced = true;
-      for (std::uint64_t m = transitions_.first[parent.node]; m < transitions_.first[parent.node + 1]; ++m) {
+      const std::uint64_t first = transitions_.first[parent.node];
+      const std::uint64_t count =
+          std::min<std::uint64_t>(transitions_.first[parent.node + 1] - first, options_.neighbours);
+      for (std::uint64_t m = first; m < first + count; ++m) {
         const std::uint32_t cost = transitions_.cost[m];
         if (cost > most_cost_) break;  // the best come first
         e.node = transitions_.target[m];

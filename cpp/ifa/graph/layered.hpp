@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "ifa/base/progress.hpp"
@@ -27,6 +28,7 @@ struct LayeredOptions {
   double most_retime = 1.3;  // a target interval over the path's, or the other way round
   double most_cost = 20.0;   // of a splice: -log(f_v f_q)
   std::size_t paths = 1;     // to return, at most
+  std::size_t neighbours = std::numeric_limits<std::size_t>::max();  // of a node: its best transitions
   std::vector<std::uint64_t> banned;  // splices found infeasible, see splice_key; in order
 };
 
@@ -35,7 +37,7 @@ inline std::uint64_t splice_key(std::uint32_t from, std::uint32_t target) {
 }
 
 // The best paths, one at most for each last node and loudness of the first, best first. `log_bound` bounds
-// all paths that begin with a simulated edge and go on along simulated edges and the transitions. Where no
+// all paths that begin with a simulated edge and go on along simulated edges and those transitions. Where no
 // path goes all the way, those that come farthest: with fewer steps, and no weight. Two targets or more.
 std::vector<GraphPath> search_layers(const Briefs& briefs, const Transitions& transitions,
                                      const Targets& targets, const LayeredOptions& options,

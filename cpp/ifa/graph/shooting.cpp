@@ -23,12 +23,12 @@ Vec3 constant_spin(const Quat& target, const Vec3& guess) {
 }
 
 // From `shooting.spin_rad`; whether it converges. What it leaves is nearer to the target or the same.
-bool newton(const lanes::BodyView& body, const Quat& target, Shooting& shooting) {
+bool newton(const lanes::BodyView& body, const Quat& target, double tolerance_rad, Shooting& shooting) {
   Turn turn = turn_with_slope(body, shooting.spin_rad);
   Vec3 error = rotation_log(target.conjugate() * turn.rotation);
   shooting.error_rad = error.norm();
   for (int i = 0; i < kMostNewtonSteps; ++i) {
-    if (shooting.error_rad <= kShootingTolerance_rad) return true;
+    if (shooting.error_rad <= tolerance_rad) return true;
     // The target is turn exp(-error): no derivative of the logarithm is needed.
     Vec3 step = turn.slope.inverse() * -error;
     const double length = step.norm();
@@ -50,12 +50,13 @@ bool newton(const lanes::BodyView& body, const Quat& target, Shooting& shooting)
     }
     if (!shrank) return false;
   }
-  return shooting.error_rad <= kShootingTolerance_rad;
+  return shooting.error_rad <= tolerance_rad;
 }
 
 }  // namespace
 
-Shooting shoot(const lanes::BodyView& body, const Quat& target, const Vec3& guess, const Vec3& other_guess) {
+Shooting shoot(const lanes::BodyView& body, const Quat& target, const Vec3& guess, const Vec3& other_guess,
+               double tolerance_rad) {
   Shooting shooting;
   shooting.spin_rad = guess;
   if (!body.couples_spin) {
@@ -69,9 +70,9 @@ Shooting shoot(const lanes::BodyView& body, const Quat& target, const Vec3& gues
     return shooting;
   }
   shooting.outcome = Shot::converged;
-  if (newton(body, target, shooting)) return shooting;
+  if (newton(body, target, tolerance_rad, shooting)) return shooting;
   Shooting other{Shot::converged, other_guess, 0.0, shooting.iterations, 0.0};
-  if (newton(body, target, other)) return other;
+  if (newton(body, target, tolerance_rad, other)) return other;
   Shooting best;
   for (const Vec3& start : {guess, other_guess}) {
     Shooting followed = follow(body, target, start);

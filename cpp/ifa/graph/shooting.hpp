@@ -21,7 +21,8 @@ struct Shooting {
 // So that 1e-10 holds with the rounding of such a flight.
 inline constexpr double kShootingTolerance_rad = 5e-11;
 
-// A spin near `guess_rad` that turns the body by `target`. Newton's method on the rotation vector from the
+// A spin near `guess_rad` that turns the body by `target`, to within `tolerance_rad`; what takes a
+// continuation is always found to kShootingTolerance_rad. Newton's method on the rotation vector from the
 // target to where the flight ends, from the guess, and where that does not converge from `other_guess_rad`,
 // the spin of a flight that is known to end near the target; then continuation, likewise. A fold is what none
 // of these passes and one of the two curves is certified to have.
@@ -30,7 +31,7 @@ inline constexpr double kShootingTolerance_rad = 5e-11;
 // into the target along the shortest arc: steps are bounded and the error may only shrink, so that it never
 // passes pi, where its branch would change.
 Shooting shoot(const lanes::BodyView& body, const Quat& target, const Vec3& guess_rad,
-               const Vec3& other_guess_rad);
+               const Vec3& other_guess_rad, double tolerance_rad = kShootingTolerance_rad);
 
 // Follows the spin from `start_rad` while the target moves, along the shortest arc, from where that spin ends
 // (0) to `target` (1), by pseudo-arclength (Keller 1977): so the curve (spin, share of the way) can be

@@ -64,6 +64,7 @@ class GraphSolver {
     }
     Solution best = takes_.front();
     best.others.assign(takes_.begin() + 1, takes_.end());
+    best.history = std::move(history_);
     return best;
   }
 
@@ -80,6 +81,7 @@ class GraphSolver {
     for (int rung = first; rung <= last; ++rung) {
       if (rung > first && seconds_gone() > options_.time_budget_s) break;
       climb(rung);
+      note(rung);
       if (progress_) progress_->raise_to(static_cast<double>(rung - first + 1) / (last - first + 1));
       if (!takes_.empty() && takes_.front().satisfies() && enough()) break;
     }
@@ -90,6 +92,7 @@ class GraphSolver {
     BranchAndBoundOptions options;
     options.most_retime = 1.0 + kMostRetime;  // what is retimed more does not succeed, whatever its Score
     options.time_limit_s = options_.time_budget_s - seconds_gone();
+    options.children = options_.sizes.children;
     const GraphPath path = search_branch_and_bound(
         {database.nodes(), database.body(), graph_.briefs(), graph_.trees(),
          physics_.simulation.gravity_m_s2.norm(), options_.energy_gain_j},
@@ -98,11 +101,17 @@ class GraphSolver {
     if (path.steps.empty()) return;
     const Realised realised = realiser_.realise(path, targets_);
     if (!realised.found.links.empty()) offer(realised.found, path, 0);
+    note(0);
+  }
+
+  void note(int rung) {
+    if (!takes_.empty()) history_.push_back(stage_of(takes_.front(), rung, seconds_gone()));
   }
 
   void climb(int rung) {
     LayeredOptions layered;
-    layered.most_states = kLadder[rung].states;
+    layered.most_states = options_.sizes.states > 0 ? options_.sizes.states : kLadder[rung].states;
+    if (options_.sizes.neighbours > 0) layered.neighbours = options_.sizes.neighbours;
     layered.most_retime = kLadder[rung].retime;
     layered.most_cost = kLadder[rung].cost;
     layered.paths = marks_.constraints.empty() ? kPathsTried : kConstrainedTried;
@@ -163,6 +172,7 @@ class GraphSolver {
   SearchPhysics physics_;
   Realiser realiser_;
   std::vector<Solution> takes_;  // the best first
+  std::vector<Stage> history_;
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };
 

@@ -14,6 +14,13 @@ enum class GraphSearch {
   branch_and_bound,  // the paper's: one rung, one take
 };
 
+// How much of the graph is looked at; 0: all of it, of `states` what the rung has.
+struct GraphSizes {
+  std::size_t states = 0;      // of a layer of the exact search
+  std::size_t neighbours = 0;  // of a node: its best transitions, in the exact search
+  std::size_t children = 5;    // of a node in branch and bound
+};
+
 struct GraphOptions {
   double time_budget_s = 10.0;  // once over, no further rung is begun; the paper's search ends
   int rung = -1;                // run just this one, whatever the clock says; -1: climb
@@ -22,6 +29,7 @@ struct GraphOptions {
   double lead_in_s = 0.5;       // of flight before the first mark, at most
   GraphSearch search = GraphSearch::layered;
   ForcedEffects forced = {};  // on or off, whatever the scene calls for: effects of the marks, not the body
+  GraphSizes sizes;
 };
 
 int graph_rung_count();

@@ -297,6 +297,10 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
   return solution;
 }
 
+Stage stage_of(const Solution& best, int rung, double time_s) {
+  return {time_s, rung, best.score, best.succeeded, best.plausible};
+}
+
 bool Solution::constraints_met() const {
   return std::ranges::all_of(constraints, [](const ConstraintReport& c) { return c.factor >= kMetFactor; });
 }

@@ -35,6 +35,14 @@ struct ConstraintReport {
   double factor;  // f_p or f_o
 };
 
+// What a solve had after one of its rungs: of the best motion so far.
+struct Stage {
+  double time_s;  // since the solve began; unlike all else it depends on the clock
+  int rung;       // that had just been run
+  double score;
+  bool succeeded, plausible;
+};
+
 struct Solution {
   std::shared_ptr<const Motion> motion;
   double score = 0.0, score_without_sound = 0.0;
@@ -52,6 +60,7 @@ struct Solution {
   double search_log_weight = 0.0, search_log_bound = 0.0;
   Plan plan;
   EffectCounts effect_runs{};    // of the whole solve
+  std::vector<Stage> history;    // by rung run; of the solve's own motion, not of further takes
   std::vector<Solution> others;  // further takes, best first; this motion is the one that `takes` = 1 gives
   std::shared_ptr<const KeptSearch> kept;
 
@@ -60,6 +69,8 @@ struct Solution {
   // What a search is after: no other motion need be looked for.
   bool satisfies() const { return plausible && constraints_met(); }
 };
+
+Stage stage_of(const Solution& best, int rung, double time_s);
 
 // Simulates what was found once more, retimes it to its marks, places it on the ground as the constraints
 // ask, and measures it: as far as the plan has these on. Without settling to rest, the motion ends before

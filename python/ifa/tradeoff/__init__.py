@@ -33,7 +33,8 @@ REPEATS = 5
 QUICK_REPEATS = 3
 QUICK_S = 60.0  # for everything, drawing included
 _SLACK = 0.05  # share of a time limit: the page, a last run that takes longer than expected
-_DRAWING = 1.4  # how much longer pictures may take than the first one
+_DRAWING = 1.4  # how much longer pictures may take than the one that is drawn to find out
+_MOST_DRAWING = 0.3  # share of a time limit that drawing may claim beforehand
 _PREPARING = 0.4  # share of a time limit after which no further study is prepared
 _MOST_REPEATS = 1000
 
@@ -108,7 +109,8 @@ def tradeoff(
     studies = _prepared(scene, names, quick, began_s + _PREPARING * limit_s)
     deadline_s = began_s + limit_s
     if out is not None and math.isfinite(limit_s):
-        deadline_s -= _SLACK * limit_s + _DRAWING * len(studies) * picture.drawing_time_s()
+        drawing_s = _DRAWING * len(studies) * picture.drawing_time_s()
+        deadline_s -= _SLACK * limit_s + min(drawing_s, _MOST_DRAWING * limit_s)
     curves = measure(studies, repeats=repeats, deadline_s=deadline_s, progress=progress)
     circumstances["load after"] = load()
     report = TradeoffReport(

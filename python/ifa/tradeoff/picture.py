@@ -156,15 +156,15 @@ def _draw(axes: Axes, curve: Curve, renderer: Any) -> None:
     series = list(dict.fromkeys(point.series for point in curve.points))
     for k, name in enumerate(series):
         own = [point for point in shown if point.series == name]
-        if own:
-            _draw_series(axes, own, places, name, k, floor)
+        _draw_series(axes, own, places, name, k, floor)
     lossy = [places[id(point)] for point in shown if point.losses or point.failures]
     if lossy:
         axes.plot(
             *zip(*lossy, strict=True), "x", color=_FAILED, ms=10, mew=1.6, zorder=4,
             label="in part failed",
         )  # fmt: skip
-    top = axes.get_ylim()[1] / 1.22
+    low, high = axes.get_ylim()
+    top = high * (low / high) ** 0.07  # a little below the edge
     if failed:
         axes.plot(
             [point.time_s for point in failed], [top] * len(failed), "X", color=_FAILED, ms=8,
@@ -176,14 +176,22 @@ def _draw(axes: Axes, curve: Curve, renderer: Any) -> None:
     _label(
         axes,
         [(places[id(p)], p.label, colours[p.series]) for p in shown]
-        + [(places[id(p)], p.label, _FAILED) for p in failed],
+        + [(places[id(p)], p.label, colours[p.series]) for p in failed],
         renderer,
     )
-    left_out = [point.label for point in curve.points if not point.repeats]
+    if not shown:
+        axes.set_yticks([], [])
+        axes.set_yticks([], [], minor=True)
+    left_out = [
+        f"{point.series}, {point.label}" if point.series else point.label
+        for point in curve.points
+        if not point.repeats
+    ]
     if left_out:
+        more = f" and {len(left_out) - 3} more" if len(left_out) > 3 else ""
         axes.text(
-            0.99, 0.02, f"not reached in time: {', '.join(left_out)}", transform=axes.transAxes,
-            ha="right", fontsize=7.5, color=_FAILED,
+            0.99, 0.02, f"not reached in time: {'; '.join(left_out[:3])}{more}", color=_FAILED,
+            transform=axes.transAxes, ha="right", fontsize=7,
         )  # fmt: skip
 
 
@@ -208,8 +216,11 @@ def _draw_series(
     index: int,
     floor: float,
 ) -> None:
-    """Markers joined by a line where the series has a name, with bars from least to most."""
-    x, y = zip(*(places[id(point)] for point in points), strict=True)
+    """Markers joined by a line where the series has a name, with bars from least to most.
+
+    One without points is only in the legend.
+    """
+    x, y = [places[id(p)][0] for p in points], [places[id(p)][1] for p in points]
     colour = _colour(index)
     axes.plot(
         x, y, ls="-" if name else "", color=colour, marker=_MARKERS[index % len(_MARKERS)], ms=4.5,

@@ -184,6 +184,44 @@ TEST(Layered, FewerStatesNeverHideWhatTheyMayHaveCost) {
   EXPECT_GT(dropped, 0);  // else nothing was tried
 }
 
+// As if the others had never been made.
+TransitionColumns cut_short(const TransitionColumns& all, std::size_t most) {
+  TransitionColumns few;
+  few.first.push_back(0);
+  for (std::size_t i = 0; i + 1 < all.first.size(); ++i) {
+    for (auto m = all.first[i]; m < std::min(all.first[i + 1], all.first[i] + most); ++m) {
+      few.target.push_back(all.target[m]);
+      few.cost.push_back(all.cost[m]);
+      few.element.push_back(all.element[m]);
+    }
+    few.first.push_back(few.target.size());
+  }
+  return few;
+}
+
+TEST(Layered, FewerNeighboursAreTheBestOnes) {
+  int missed = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Graph g = random_graph(30, 8, seed);
+    const Briefs briefs(briefly(g.nodes));
+    const Targets targets(marks_of({0.0, 0.12, 0.22, 0.35, 0.45}, true, Ending::rest));
+    const auto all = search_layers(briefs, view(g.transitions), targets, {});
+    for (const std::size_t most : {1u, 3u, 100u}) {
+      LayeredOptions options;
+      options.neighbours = most;
+      const TransitionColumns few = cut_short(g.transitions, most);
+      const auto got = search_layers(briefs, view(g.transitions), targets, options);
+      const auto wanted = search_layers(briefs, view(few), targets, {});
+      ASSERT_EQ(got.size(), wanted.size());
+      if (got.empty()) continue;
+      EXPECT_EQ(got[0].log_weight, wanted[0].log_weight);
+      EXPECT_EQ(got[0].log_bound, wanted[0].log_bound);
+      missed += got[0].log_weight < all[0].log_weight;
+    }
+  }
+  EXPECT_GT(missed, 0);  // else nothing was left out
+}
+
 TEST(Layered, BannedSplicesAreNotUsed) {
   const Graph g = random_graph(30, 6, 5);
   const Briefs briefs(briefly(g.nodes));
