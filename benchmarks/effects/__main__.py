@@ -9,6 +9,7 @@ what leaving it out changes.
 from __future__ import annotations
 
 import argparse
+import itertools
 import platform
 from dataclasses import asdict
 from pathlib import Path
@@ -17,7 +18,7 @@ import ifa
 
 from benchmarks.physics.report import write_csv
 
-from . import engine
+from . import engine, solving
 from .measure import HEADER, Row
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -37,7 +38,8 @@ def main() -> None:
     )
     print(f"{about}\n{HEADER}")
     table: list[Row] = []
-    for row in engine.rows(simulations, repeats, options.seed):
+    both = engine.rows(simulations, repeats, options.seed), solving.rows(repeats, options.seed)
+    for row in itertools.chain(*both):
         print(row.line(), flush=True)
         table.append(row)
     path = options.output / "effects.csv"
