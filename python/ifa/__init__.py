@@ -30,6 +30,7 @@ from ifa.batch import Batch, SampleStatus, instruction_sets, sample_states, simu
 from ifa.body import Body, MeshWarning
 from ifa.constraints import ConstraintReport, Orientation, Position
 from ifa.database import Database
+from ifa.effects import EFFECTS, EffectState, Plan, plan
 from ifa.estimation import Estimate, Finding, Gap, estimate
 from ifa.explanation import Conflict, Explanation, Repair, explain
 from ifa.marks import Signature
@@ -44,6 +45,7 @@ from ifa.verification import Certificate, verify
 __all__ = [
     "ACCURACIES",
     "CLEARLY_DIFFERENT",
+    "EFFECTS",
     "Accuracy",
     "Batch",
     "Body",
@@ -52,6 +54,7 @@ __all__ = [
     "Conflict",
     "ConstraintReport",
     "Database",
+    "EffectState",
     "Estimate",
     "Event",
     "Explanation",
@@ -65,6 +68,7 @@ __all__ = [
     "Motion",
     "NoMotionError",
     "Orientation",
+    "Plan",
     "Position",
     "Prediction",
     "Progress",
@@ -84,6 +88,7 @@ __all__ = [
     "explain",
     "fly",
     "instruction_sets",
+    "plan",
     "predict",
     "predict_all",
     "sample_states",

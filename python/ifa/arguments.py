@@ -44,6 +44,13 @@ def whole(value: Any, field: str, largest: int, *, least: int = 0) -> int:
     return int(value)
 
 
+def one_of(value: Any, field: str, *wanted: str) -> None:
+    """Refuse what is none of the words."""
+    if value not in wanted:
+        words = " or ".join(f'"{word}"' for word in wanted)
+        raise IfaValueError(f"{field}: must be {words}, got {value!r}")
+
+
 def threads(value: Any) -> int:
     """A number of threads as the core takes it: 0 where None asks for one for each core."""
     if value is None:

@@ -54,6 +54,14 @@ def _solve(options: argparse.Namespace) -> int:
         for out in _take_files(options.out, options.takes):
             _check_out(out, inputs=(options.body, options.marks, options.sound))
     body, marks = _request(options)
+    effects: dict[str, Any] = {
+        "method": options.method,
+        "lead_in_s": options.lead_in,
+        "effects": dict(options.effect),
+    }
+    if options.explain:
+        plan = ifa.plan(body, marks, events=options.events, material=options.material, **effects)
+        _say(plan.line())
     predicted = _predicted(options, body, marks)
     progress = ifa.Progress()
     try:
@@ -62,12 +70,11 @@ def _solve(options: argparse.Namespace) -> int:
                 body,
                 marks,
                 **_search_options(options),
+                **effects,
                 **predicted,
-                method=options.method,
                 database=options.database,
                 search=options.search,
                 takes=options.takes,
-                lead_in_s=options.lead_in,
                 progress=progress,
                 rung=options.rung,
             ),
@@ -90,6 +97,8 @@ def _solve(options: argparse.Namespace) -> int:
         _print_json({**solution.to_dict(), "takes": report.takes(solution, written)})
     else:
         print(report.solution_text(solution))
+        if options.explain:
+            print(f"\n{solution.effects}")
         if options.takes > 1:
             print(f"\n{report.takes_text(solution, written, asked=options.takes)}")
         elif options.out is not None:

@@ -83,6 +83,21 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
         metavar="S",
         help="of flight before the first mark (default 0.5); less where an earlier contact comes",
     )
+    solve.add_argument(
+        "--effect",
+        type=_forced_effect,
+        action="append",
+        default=[],
+        metavar="NAME=on|off",
+        help="force an effect on or off, where the marks and the body would decide; may be given "
+        f"again: {' '.join(ifa.EFFECTS)}",
+    )
+    solve.add_argument(
+        "--explain",
+        action="store_true",
+        help="say which effects are on and off, because of what, and what each costs: in one line "
+        "before the search, with how often each ran after it",
+    )
     _add_json(solve)
     solve.set_defaults(run=verbs["solve"])
 
@@ -204,6 +219,17 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
     _add_json(bodies)
     bodies.set_defaults(run=verbs["bodies"])
     return parser
+
+
+def _forced_effect(words: str) -> tuple[str, bool]:
+    name, _, value = words.partition("=")
+    if name not in ifa.EFFECTS:
+        raise argparse.ArgumentTypeError(
+            f"'{name}' is no effect; there are {', '.join(ifa.EFFECTS)}"
+        )
+    if value not in ("on", "off"):
+        raise argparse.ArgumentTypeError(f"must be {name}=on or {name}=off, got '{words}'")
+    return name, value == "on"
 
 
 def _add_body(parser: argparse.ArgumentParser) -> None:

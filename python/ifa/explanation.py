@@ -136,9 +136,9 @@ def explain(
     a material's number. All are solved on rung 0, and on
     rung 1 if none was plausible there: a harder search may do with less.
 
-    solution: of the same marks and options, where there is one; else rungs 0 to 2 say how well they
-    can be met. time_budget_s: once it is over no further trial begins, and none of those
-    rungs after a tenth of it; what has begun is finished. The other arguments are those of
+    solution: of the same marks and options, no effect forced, where there is one; else rungs 0 to 2
+    say how well they can be met. time_budget_s: once it is over no further trial begins, and none
+    of those rungs after a tenth of it; what has begun is finished. The other arguments are those of
     `ifa.solve`. The same arguments give the same explanation for any
     number of threads, as long as it is `complete`. Raises IfaValueError naming the argument or the
     mark, Cancelled.
@@ -154,10 +154,8 @@ def explain(
         raise IfaValueError("body: needs an ifa.Body")
     if not isinstance(marks, Signature):
         raise IfaValueError("marks: needs an ifa.Signature")
-    if events not in ("audible", "contact"):
-        raise IfaValueError(f'events: must be "audible" or "contact", got {events!r}')
-    if material not in ("given", "fit"):
-        raise IfaValueError(f'material: must be "given" or "fit", got {material!r}')
+    arguments.one_of(events, "events", "audible", "contact")
+    arguments.one_of(material, "material", "given", "fit")
     arguments.check_progress(progress)
     gain_j = arguments.number(energy_gain_j, "energy_gain_j")
     if not 0.0 <= gain_j < float("inf"):
@@ -212,7 +210,9 @@ def _check_solution(
     if not isinstance(solution, Solution):
         raise IfaValueError(f"solution: needs an ifa.Solution or None, got {solution!r}")
     fitted = material == "fit"
-    if solution.effects["material_fit"] != fitted:
+    if solution.effects.forced:
+        raise IfaValueError("solution: was made with effects forced, which repairs are not")
+    if solution.effects["material_fit"].on != fitted:
         raise IfaValueError(f'solution: was not made with material "{material}"')
     given = {"restitution": body.restitution, "friction": body.friction} if fitted else {}
     if solution.body.replace(**given).to_dict() != body.to_dict():

@@ -12,6 +12,7 @@ from ifa.estimation import Estimate
 from ifa.explanation import Explanation
 from ifa.marks import MERGE_GAP_S, Signature
 from ifa.solution import Event, Prediction, Solution
+from ifa.table import table
 
 # CONVENTIONS.md, "Accuracy of a solve"
 _MET_WITHIN_S = 1e-3
@@ -347,14 +348,3 @@ def database_text(content: Mapping[str, Any], checked: bool) -> str:
         f"{simulations:,} simulations, {content['bytes'] / 1e6:,.1f} MB\n"
         f"written to {content['path']}{', checksums agree' if checked else ''}"
     )
-
-
-def table(rows: Sequence[Sequence[str]], align: str) -> list[str]:
-    """Lines of columns; `align` has `<` or `>` for each."""
-    widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
-    return [
-        "  ".join(
-            f"{cell:{side}{width}}" for cell, side, width in zip(row, align, widths, strict=False)
-        ).rstrip()
-        for row in rows
-    ]

@@ -16,6 +16,7 @@ from ifa import _core, arguments
 from ifa._core import IfaValueError
 from ifa.body import Body
 from ifa.constraints import ConstraintReport
+from ifa.effects import Plan
 from ifa.marks import HEARING, Signature
 from ifa.sound import FilePath
 from ifa.text_files import write_text
@@ -208,7 +209,7 @@ class Solution:
     max_energy_gain_j: float
     solve_s: float
     simulated_s: float
-    effects: dict[str, bool]
+    effects: Plan
     restitution: float
     friction: float
     seed: int
@@ -270,6 +271,7 @@ class Solution:
         names = [item.name for item in fields(self) if item.name not in left_out]
         out = {name: getattr(self, name) for name in names}
         out["events"] = [vars(event) for event in self.events]
+        out["effects"] = self.effects.to_dict()
         if self.constraints:
             out["constraints"] = [report.to_dict() for report in self.constraints]
             out["constraints_met"] = self.constraints_met

@@ -18,6 +18,7 @@ from ifa.accuracy import Accuracy
 from ifa.body import Body
 from ifa.constraints import Constraint
 from ifa.database import Database
+from ifa.effects import Plan, checked_marks, forced_effects
 from ifa.marks import HEARING, Signature
 from ifa.solution import Event, Motion, Prediction, Solution, Stage
 
@@ -54,6 +55,7 @@ def solve(
     search: str = "exact",
     expert: Mapping[str, int] | None = None,
     prediction: Prediction | None = None,
+    effects: Mapping[str, bool] | None = None,
 ) -> Solution:
     """Find a motion of `body` whose audible hits land on `marks`.
 
@@ -101,6 +103,9 @@ def solve(
             a layer of the exact search, `neighbours`, the transitions of a node that it looks at,
             and `children` of a node in branch and bound.
         prediction: What `ifa.predict` has said of this solve; the solution carries it.
+        effects: Names of `ifa.EFFECTS` that are forced on (True) or off (False). The others are
+            planned from body, marks and options, as `ifa.plan` does; `solution.effects` says which
+            are on, because of what, and how often each ran.
 
     The best motion found is returned even if it is not `succeeded`; it may miss marks
     (`missed_hits` above 0) or hit where there is none (`extra_hits`). Raises IfaValueError naming
@@ -110,11 +115,10 @@ def solve(
     With method="graph", simulated flights of a database are strung together by connections (section
     5); `material="fit"` and `reuse` are not for it, and `seed` plays no part: the database has one.
     """
-    if not isinstance(body, Body):
-        raise IfaValueError("body: needs an ifa.Body")
-    if not isinstance(marks, Signature):
-        raise IfaValueError("marks: needs an ifa.Signature")
-    _one_of(method, "method", "forward", "graph")
+    marks = checked_marks(
+        body, marks, method=method, events=events, material=material, constraints=constraints
+    )
+    arguments.one_of(search, "search", "exact", "branch_and_bound")
     preset = accuracies.named(accuracy)
     if method == "graph" and accuracy != "good":
         raise IfaValueError('accuracy: is for method="forward"')
@@ -122,12 +126,6 @@ def solve(
         raise IfaValueError("prediction: needs an ifa.Prediction")
     if prediction is not None and prediction.accuracy != preset.name:
         raise IfaValueError(f'prediction: is of "{prediction.accuracy}", not "{preset.name}"')
-    _one_of(search, "search", "exact", "branch_and_bound")
-    _one_of(events, "events", "audible", "contact")
-    _one_of(material, "material", "given", "fit")
-    asked = poses.sequence(constraints)
-    if asked:
-        marks = marks.with_constraints(asked)
     if reuse is not None and not isinstance(reuse, Solution):
         raise IfaValueError("reuse: needs an ifa.Solution")
     if reuse is not None and reuse.kept is None:
@@ -148,6 +146,7 @@ def solve(
         "takes": arguments.whole(takes, "takes", MOST_TAKES, least=1),
         "lead_in_s": arguments.positive(lead_in_s, "lead_in_s"),
         "progress": progress,
+        "forced": forced_effects(effects),
         **_expert(expert, method),
     }
     workers = arguments.threads(threads)
@@ -188,7 +187,6 @@ def solve(
         body,
         marks,
         solve_s=time.perf_counter() - began,
-        effects=_effects(body, marks, material),
         hearing=hearing,
         seed=whole_seed,
         energy_gain_j=gain,
@@ -260,28 +258,10 @@ def _solution(
         marks=marks,
         events=events,
         constraints=poses.reports(marks.constraints, found.pop("constraints")),
+        effects=Plan(found.pop("effects")),
         others=others,
         history=tuple(Stage(**stage) for stage in found.pop("history")),
         search={} if kind is None else {"kind": kind, "score": score, "bound": bound},
         **found,
         **rest,
     )
-
-
-def _effects(body: Body, marks: Signature, material: str) -> dict[str, bool]:
-    """Which effects the solve took into account."""
-    inertia = np.linalg.eigvalsh(body.inertia_kg_m2)
-    return {
-        "amplitude_matching": marks.amplitudes is not None,
-        "length_matching": bool((np.asarray(marks.durations_s) > 0.0).any()),
-        "settling_to_rest": marks.ending == "rest",
-        "spin_coupling": bool(inertia[2] - inertia[0] > 1e-12 * inertia[2]),
-        "friction": body.friction > 0.0,
-        "material_fit": material == "fit",
-    }
-
-
-def _one_of(value: str, field: str, *wanted: str) -> None:
-    if value not in wanted:
-        names = " or ".join(f'"{name}"' for name in wanted)
-        raise IfaValueError(f"{field}: must be {names}, got {value!r}")

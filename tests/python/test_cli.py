@@ -95,7 +95,7 @@ def test_json_has_the_fields_of_the_contract_and_nothing_else_on_stdout(solved):
     assert isinstance(found["plausible"], bool)
     assert found["method"] == "forward"
     assert found["version"] == ifa.__version__
-    assert isinstance(found["effects"], dict)
+    assert list(found["effects"]) == list(ifa.EFFECTS)
     assert len(found["events"]) == len(TIMES_S)
     for event in found["events"]:
         assert [key for key in EVENT_NUMBERS if not is_number(event[key])] == []

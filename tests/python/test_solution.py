@@ -61,7 +61,7 @@ class TestContract:
         assert solved.max_abs_error_s <= 1e-3 and solved.max_penetration_m <= 1e-4
         assert solved.simulated_s > 0.0 and solved.solve_s > 0.0
         assert (solved.seed, solved.rung, solved.method) == (0, 0, "forward")
-        assert isinstance(solved.effects, dict) and solved.effects["amplitude_matching"] is True
+        assert isinstance(solved.effects, ifa.Plan) and solved.effects["amplitude_matching"]
         assert solved.restitution == solved.body.restitution
         assert len(solved.events) == len(solved.marks)
 
@@ -194,7 +194,7 @@ class TestSearch:
         assert np.linalg.norm(after - before) < 0.01 * 0.05  # rest: slower than 0.01 m/s
         open_ = ifa.solve(die, ifa.Signature([0.4], ending="open"), rung=0)
         assert open_.succeeded and open_.score == 1.0
-        assert open_.effects["settling_to_rest"] is False
+        assert not open_.effects["settling_to_rest"]
 
     def test_material_fit_says_what_it_chose(self):
         ball = ifa.Body.ball(0.02, mass_kg=0.03, restitution=0.3)
@@ -203,7 +203,7 @@ class TestSearch:
         assert solution.plausible
         assert abs(solution.restitution - 0.6) <= 0.16
         assert solution.body.restitution == solution.restitution
-        assert solution.effects["material_fit"] is True
+        assert solution.effects["material_fit"]
 
     def test_inputs_stay_as_they_were(self, die):
         marks = ifa.Signature([0.2, 0.3], ending="open")
