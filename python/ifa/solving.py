@@ -200,7 +200,11 @@ def solve(
 def _asked(marks: Signature, effects: Plan) -> list[Constraint]:
     """The constraints that are looked at: those of an effect that is forced off are not."""
     names = {poses.Position: "position_constraints", poses.Orientation: "orientation_constraints"}
-    return [c for c in marks.constraints if effects[names[type(c)]]]
+    return [
+        c
+        for c in marks.constraints
+        if effects[names[type(c)]] and (c.mark != "rest" or effects["settling_to_rest"])
+    ]
 
 
 def _database_for(

@@ -250,6 +250,12 @@ class TestSolve:
         state = ifa.solve(body, marks, rung=0, effects={name: True}).effects[name]
         assert state.on and state.forced and state.runs > 0
 
+    def test_poses_at_rest_are_not_asked_of_what_does_not_settle(self):
+        up = ifa.Orientation("rest", (0.0, 0.0, 1.0))
+        marks = ifa.Signature(TIMES_S, ending="rest", constraints=[up])
+        solution = ifa.solve(brick(), marks, rung=0, effects={"settling_to_rest": False})
+        assert solution.constraints == () and solution.constraints_met
+
     def test_says_what_ran(self):
         solution = ifa.solve(brick(), REST, rung=0, takes=2)
         planned = ifa.plan(brick(), REST)
