@@ -122,6 +122,8 @@ def solve(
     preset = accuracies.named(accuracy)
     if method == "graph" and accuracy != "good":
         raise IfaValueError('accuracy: is for method="forward"')
+    if method == "graph" and prediction is not None:
+        raise IfaValueError('prediction: is for method="forward"')
     if prediction is not None and not isinstance(prediction, Prediction):
         raise IfaValueError("prediction: needs an ifa.Prediction")
     if prediction is not None and prediction.accuracy != preset.name:
