@@ -50,6 +50,7 @@ TEST(Plan, SaysWhichEffectsAreOnAndWhy) {
   Marks spanned = six, heard_one = one;
   spanned.durations_s[2] = 0.1;
   heard_one.amplitudes = {1.0};
+  PlanOptions contact, fit, graph;
   contact.events = Events::contact;
   fit.fit_material = true;
   graph.graph = true;
@@ -91,6 +92,7 @@ TEST(Plan, SaysWhichEffectsAreOnAndWhy) {
       {position_constraints, cube(), full(), {}, true, "a position is asked for"},
       {position_constraints, cube(), six, {}, false, "no position is asked for"},
       {retiming, cube(), six, {}, true, "every interval is brought to its marks"},
+      {retiming, cube(), one, {}, false, "a single mark has no interval"},
       {material_fit, cube(), six, fit, true, "the material is to be fitted"},
       {material_fit, cube(), six, {}, false, "the material is given"},
   };
