@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import io
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -19,6 +20,9 @@ BODIES = ("d6", "ball", "coin", "card", "eraser", "coffee_cup")
 SEED = 1
 MARKS = (4, 12)  # of a throw: the fewest and the most
 TIME_LIMIT_S = 140.0  # of a body; six of them, drawn, are done within a quarter of an hour
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from benchmarks.accuracy_presets import section  # noqa: E402
+
 _COLOURS = 128  # of a picture, which keeps it small
 _FOLDER = Path(__file__).parent
 
@@ -67,6 +71,14 @@ def page_text(reports: Mapping[str, ifa.TradeoffReport], drawn: Sequence[str]) -
         "",
         *(f"- {name}: {value}" for name, value in facts.items()),
         "",
+    ]
+    lines += [
+        "## The presets: draft, good, best",
+        "",
+        "`ifa.ACCURACIES`, points on the curve of what was tried, and `ifa.predict` before solving "
+        "(`python -m benchmarks.accuracy_presets` measures both, `--record` keeps them).",
+        "",
+        section.markdown(),
     ]
     for knob in drawn:
         curves = _of(reports, knob)

@@ -10,11 +10,13 @@ from ifa.prediction import FACTOR
 
 
 def markdown() -> str:
-    """The presets on the curve of all candidates, and how good predictions were; no heading."""
+    """The presets on the curve of all candidates, and how good predictions were; no heading.
+
+    Raises KeyError where predictions were not judged since the last record: run with --predict.
+    """
     content = accuracy.recorded()
     lines = [_measured(content["measured"]), "", *_points(content["points"])]
-    if "judged" in content:
-        lines += ["", *_judged(content["judged"])]
+    lines += ["", *_judged(content["judged"])]
     return "\n".join(lines) + "\n"
 
 

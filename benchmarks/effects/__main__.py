@@ -10,6 +10,7 @@ what leaving it out changes. Then how long planning takes. With --record the rat
 from __future__ import annotations
 
 import argparse
+import itertools
 import platform
 from dataclasses import asdict
 from pathlib import Path
@@ -19,7 +20,7 @@ from ifa.effect_costs import RECORDED
 
 from benchmarks.physics.report import write_csv
 
-from . import engine, planning
+from . import engine, planning, solving
 from .measure import HEADER, Row
 from .record import cost_table
 
@@ -45,7 +46,8 @@ def main() -> None:
     )
     print(f"{about}\n{HEADER}")
     table: list[Row] = []
-    for row in engine.rows(simulations, repeats, options.seed):
+    both = engine.rows(simulations, repeats, options.seed), solving.rows(repeats, options.seed)
+    for row in itertools.chain(*both):
         print(row.line(), flush=True)
         table.append(row)
     path = options.output / "effects.csv"

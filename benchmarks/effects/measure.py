@@ -13,7 +13,7 @@ from typing import Any
 class Row:
     """One effect on one scene: medians of CPU seconds, and what leaving the effect out changes.
 
-    `spread` is that of the ratio between the repeats, from the lower quartile to the upper one.
+    `spread` is that of the ratio between repeats, or seeds, from the lower to the upper quartile.
     `error` says of what it is in `error_of`, with its unit.
     """
 

@@ -10,8 +10,10 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from ifa import _core
+from ifa import _core, arguments
 from ifa._core import IfaValueError
+
+_LARGEST_BEAM = 1_000_000  # states; far beyond what any memory holds
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,13 @@ class Accuracy:
     def __post_init__(self) -> None:
         if self.until not in ("succeeded", "plausible"):
             raise IfaValueError(f'until: must be "succeeded" or "plausible", got {self.until!r}')
+        if not self.ladder:
+            raise IfaValueError("ladder: needs a rung")
+        for beam in self.ladder:
+            arguments.whole(beam, "ladder", _LARGEST_BEAM, least=1)
+        arguments.whole(self.least_rung, "least_rung", len(self.ladder) - 1)
+        for name in ("time_budget_s", "key_position_m", "key_angle_rad"):
+            arguments.positive(getattr(self, name), name)
 
     def reached(self, *, succeeded: bool, plausible: bool) -> bool:
         """Whether such a motion is what the climb is after."""

@@ -57,7 +57,7 @@ def _solve(options: argparse.Namespace) -> int:
     effects: dict[str, Any] = {
         "method": options.method,
         "lead_in_s": options.lead_in,
-        "effects": dict(options.effect),
+        "effects": options.effect,
     }
     if options.explain:
         plan = ifa.plan(body, marks, events=options.events, material=options.material, **effects)
@@ -183,6 +183,7 @@ def _predicted(options: argparse.Namespace, body: ifa.Body, marks: ifa.Signature
             marks,
             accuracy=options.accuracy,
             lead_in_s=options.lead_in,
+            effects=options.effect,
             progress=progress,
             **_search_options(options),
         ),

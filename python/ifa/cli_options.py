@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import ifa
 from ifa.tradeoff import QUICK_REPEATS, REPEATS
@@ -86,8 +86,8 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
     solve.add_argument(
         "--effect",
         type=_forced_effect,
-        action="append",
-        default=[],
+        action=_Forced,
+        default={},
         metavar="NAME=on|off",
         help="force an effect on or off, where the marks and the body would decide; may be given "
         f"again: {' '.join(ifa.EFFECTS)}",
@@ -219,6 +219,23 @@ def command_parser(verbs: Mapping[str, Verb]) -> argparse.ArgumentParser:
     _add_json(bodies)
     bodies.set_defaults(run=verbs["bodies"])
     return parser
+
+
+class _Forced(argparse.Action):
+    """Effects by name; one that is given twice is refused."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        name, on = values
+        forced = dict(getattr(namespace, self.dest))
+        if name in forced:
+            parser.error(f"argument --effect: {name} is given twice")
+        setattr(namespace, self.dest, forced | {name: on})
 
 
 def _forced_effect(words: str) -> tuple[str, bool]:

@@ -47,6 +47,7 @@ class Rung:
     succeeded: bool
     plausible: bool
     error: float
+    whole: bool = True  # else it was cut off: its time is extrapolated, and it says nothing else
 
 
 Climb = Mapping[int, Rung]
@@ -70,7 +71,8 @@ def predict(
         marks: When its contacts happen.
         accuracy: "draft", "good" or "best", or an `ifa.Accuracy` of one's own.
         **options: Those of `ifa.solve` that bear on it: `events`, `seed`, `time_budget_s`,
-            `threads`, `material`, `energy_gain_j`, `constraints`, `lead_in_s` and `progress`.
+            `threads`, `material`, `energy_gain_j`, `constraints`, `effects`, `lead_in_s` and
+            `progress`.
 
     Raises IfaValueError naming the argument, Cancelled.
     """
@@ -131,10 +133,10 @@ class _Calibration:
             if seen and (beam > _LARGEST_BEAM or not self._has_time(beam, seen)):
                 break
             if any(beam in preset.ladder and _end(preset, seen) is None for preset in presets):
-                rung, whole = self._run(beam)
-                if whole or not seen:
+                rung = self._run(beam)
+                if rung.whole or not seen:
                     seen[beam] = rung
-                if not whole:
+                if not rung.whole:
                     break
         return seen
 
@@ -142,8 +144,8 @@ class _Calibration:
         last = seen[max(seen)]
         return self._clock() + _HOPE * last.time_s * beam / last.beam <= self._until_s
 
-    def _run(self, beam: int) -> tuple[Rung, bool]:
-        """One rung, and whether it could end in time; otherwise its time is extrapolated."""
+    def _run(self, beam: int) -> Rung:
+        """One rung; where it does not end in time its time is extrapolated."""
         progress = _core.Progress()
         done = threading.Event()
 
@@ -177,7 +179,7 @@ class _Calibration:
             done.set()
             watcher.join()
         time_s = (self._clock() - began_s) / share
-        return Rung(beam, time_s, succeeded, plausible, error), share == 1.0
+        return Rung(beam, time_s, succeeded, plausible, error, share == 1.0)
 
 
 def expected(
@@ -188,56 +190,52 @@ def expected(
     marks: of the scene. climbs: recorded ones, each with its number of marks.
     """
     end = _end(preset, seen)
-    known = [seen[beam] for beam in preset.ladder[:end] if beam in seen]
+    known = [seen[beam] for beam in preset.ladder[:end] if beam in seen and seen[beam].whole]
     if end is not None:
         return sum(rung.time_s for rung in known), _best(known).error
     alike = [(n, climb) for n, climb in climbs if _same_so_far(preset, known, climb)]
     times_s, errors, weights = [], [], []
     for n, climb in alike or climbs:
-        outcome = _continued(preset, seen, known, climb)
-        if outcome is not None:
-            times_s.append(outcome[0])
-            errors.append(outcome[1])
-            distance = np.log(n / marks) / _MARKS_SCALE
-            weights.append(max(np.exp(-0.5 * distance**2), _LEAST_WEIGHT))
+        time_s, error = _continued(preset, seen, known, climb)
+        times_s.append(time_s)
+        errors.append(error)
+        distance = np.log(n / marks) / _MARKS_SCALE
+        weights.append(max(np.exp(-0.5 * distance**2), _LEAST_WEIGHT))
     return most_probable(times_s, weights), most_probable(errors, weights)
 
 
 def _continued(
     preset: Accuracy, seen: Climb, known: Sequence[Rung], climb: Climb
-) -> tuple[float, float] | None:
-    """Seconds and error if the climb goes on as a recorded one did; None where that lacks rungs."""
+) -> tuple[float, float]:
+    """Seconds and error if the climb goes on as a recorded one did."""
     last = seen[max(seen)]
-    if last.beam not in climb:
-        return None
-    scale = last.time_s / climb[last.beam].time_s
+    scale = last.time_s / _recorded(climb, last.beam).time_s
     gone_s = sum(rung.time_s for rung in known)
     found = list(known)
     before_s = known[-1].time_s if known else 0.0
     for k in range(len(known), len(preset.ladder)):
         beam = preset.ladder[k]
-        if (
-            k > 0
-            and found
-            and gone_s + before_s * beam / preset.ladder[k - 1] > preset.time_budget_s
-        ):
+        expected_s = before_s * beam / preset.ladder[k - 1] if k > 0 else 0.0
+        if found and gone_s + expected_s > preset.time_budget_s:
             break
-        if beam in climb:
-            before_s = scale * climb[beam].time_s
-            found.append(climb[beam])
-        else:  # beyond the record: as much more as it is larger, and nothing new
-            before_s *= beam / preset.ladder[k - 1]
+        rung = _recorded(climb, beam)
+        before_s = scale * rung.time_s
+        found.append(rung)
         gone_s += before_s
         if k >= preset.least_rung and _reached(preset, found):
             break
-    if not found:
-        return None
     if not _reached(preset, known):
         return gone_s, _best(found).error
     # What is there can only become better, and does so as it did then.
-    then = [climb[rung.beam] for rung in known]
+    then = [_recorded(climb, rung.beam) for rung in known]
     better = _best(then + found[len(known) :]).error / max(_best(then).error, _LEAST_ERROR)
     return gone_s, _best(known).error * min(1.0, better)
+
+
+def _recorded(climb: Climb, beam: int) -> Rung:
+    """A rung of a recorded climb; where it lacks that beam, the nearest one, as much dearer."""
+    nearest = climb[min(climb, key=lambda b: abs(np.log(b / beam)))]
+    return replace(nearest, beam=beam, time_s=nearest.time_s * beam / nearest.beam)
 
 
 def most_probable(values: Sequence[float], weights: Sequence[float]) -> float:
@@ -259,6 +257,8 @@ def _end(preset: Accuracy, seen: Climb) -> int | None:
     known: list[Rung] = []
     for k, beam in enumerate(preset.ladder):
         if beam not in seen:
+            return None
+        if not seen[beam].whole:
             return None
         known.append(seen[beam])
         if k >= preset.least_rung and _reached(preset, known):
@@ -299,6 +299,7 @@ _OPTIONS = (
     "material",
     "energy_gain_j",
     "constraints",
+    "effects",
     "lead_in_s",
     "progress",
 )

@@ -122,6 +122,8 @@ def solve(
     preset = accuracies.named(accuracy)
     if method == "graph" and accuracy != "good":
         raise IfaValueError('accuracy: is for method="forward"')
+    if method == "graph" and prediction is not None:
+        raise IfaValueError('prediction: is for method="forward"')
     if prediction is not None and not isinstance(prediction, Prediction):
         raise IfaValueError("prediction: needs an ifa.Prediction")
     if prediction is not None and prediction.accuracy != preset.name:
@@ -197,6 +199,16 @@ def solve(
     )
 
 
+def _asked(marks: Signature, effects: Plan) -> list[Constraint]:
+    """The constraints that are looked at: those of an effect that is forced off are not."""
+    names = {poses.Position: "position_constraints", poses.Orientation: "orientation_constraints"}
+    return [
+        c
+        for c in marks.constraints
+        if effects[names[type(c)]] and (c.mark != "rest" or effects["settling_to_rest"])
+    ]
+
+
 def _database_for(
     body: Body, events: str, database: Database | str | os.PathLike[str] | None
 ) -> Database:
@@ -252,13 +264,14 @@ def _solution(
     score, bound = (math.exp(min(log, 0.0) / (6 * len(marks))) for log in logs)
     events = [Event(**event) for event in found.pop("events")]
     retime = [event.retime for event in events]
+    effects = Plan(found.pop("effects"))
     return Solution(
         motion=Motion(found.pop("motion"), retime, energy_gain_j, hearing),
         body=body.replace(restitution=found["restitution"], friction=found["friction"]),
         marks=marks,
         events=events,
-        constraints=poses.reports(marks.constraints, found.pop("constraints")),
-        effects=Plan(found.pop("effects")),
+        constraints=poses.reports(_asked(marks, effects), found.pop("constraints")),
+        effects=effects,
         others=others,
         history=tuple(Stage(**stage) for stage in found.pop("history")),
         search={} if kind is None else {"kind": kind, "score": score, "bound": bound},

@@ -114,7 +114,15 @@ class TestPresets:
 
     @pytest.mark.parametrize(
         ("field", "value"),
-        [("ladder", (20, 10)), ("ladder", (0,)), ("least_rung", 99), ("until", "perfect")],
+        [
+            ("ladder", (20, 10)),
+            ("ladder", (0,)),
+            ("ladder", (40.5,)),
+            ("ladder", ()),
+            ("least_rung", 99),
+            ("until", "perfect"),
+            ("time_budget_s", 0.0),
+        ],
     )
     def test_bad_ones_are_named(self, die, field, value):
         with pytest.raises(ifa.IfaValueError, match=f"^{field}:"):
@@ -160,6 +168,17 @@ class TestExpected:
         preset = dataclasses.replace(self.PRESET, ladder=(30, 90))
         seen = climb((10, 2.0, False, False, 1.0))
         assert expected(preset, seen, 4, [self.LATER])[0] == pytest.approx(8.0, rel=1e-12)
+
+    def test_a_beam_that_was_not_recorded_is_scaled_from_the_nearest(self):
+        preset = dataclasses.replace(self.PRESET, ladder=(20, 60))
+        seen = climb((20, 2.0, False, False, 1.0))
+        # 30 in 4 s, so 20 in 8/3 s: this scene is faster by 3/4; and 60 in 8 s, here in 6 s
+        assert expected(preset, seen, 4, [self.LATER]) == pytest.approx((8.0, 0.2), rel=1e-12)
+
+    def test_a_rung_that_was_cut_off_says_nothing_of_its_end(self):
+        preset = dataclasses.replace(self.PRESET, ladder=(10,))
+        seen = climb((10, 3.0, False, False, 1.0, False))
+        assert expected(preset, seen, 4, [self.EASY]) == pytest.approx((3.0, 0.1), rel=1e-12)
 
     def test_the_budget_ends_a_climb(self):
         preset = dataclasses.replace(self.PRESET, time_budget_s=1.0)

@@ -224,6 +224,14 @@ NEEDED_BY = {  # scenes that call for an effect: a body of the library, and mark
     "material_fit": ("d6", OPEN),
 }
 
+NOTHING_TO_RUN = (
+    "rounding",
+    "circular_edges",
+    "length_matching",
+    "orientation_constraints",
+    "position_constraints",
+)
+
 
 class TestSolve:
     @pytest.mark.parametrize("name", ifa.EFFECTS)
@@ -237,9 +245,8 @@ class TestSolve:
         assert not off[name].on and off[name].forced and off[name].runs == 0
         assert all(state.runs == 0 for state in off.values() if not state.on)
 
-    @pytest.mark.parametrize(
-        "name", [e for e in ifa.EFFECTS if e not in ("rounding", "circular_edges")]
-    )
+    # Without a rounding, edges, a span or constraints there is nothing of these to run.
+    @pytest.mark.parametrize("name", [e for e in ifa.EFFECTS if e not in NOTHING_TO_RUN])
     def test_each_can_be_made_to_run(self, name):
         # A cube without friction: no moments that differ, no sound, no poses, an open ending.
         none = {"friction": 0.0, "rolling_friction_m": 0.0, "spin_friction_m": 0.0}
@@ -247,6 +254,21 @@ class TestSolve:
         marks = ifa.Signature(TIMES_S, ending="open")
         state = ifa.solve(body, marks, rung=0, effects={name: True}).effects[name]
         assert state.on and state.forced and state.runs > 0
+
+    def test_poses_at_rest_are_not_asked_of_what_does_not_settle(self):
+        up = ifa.Orientation("rest", (0.0, 0.0, 1.0))
+        marks = ifa.Signature(TIMES_S, ending="rest", constraints=[up])
+        solution = ifa.solve(brick(), marks, rung=0, effects={"settling_to_rest": False})
+        assert solution.constraints == () and solution.constraints_met
+
+    @pytest.mark.parametrize("body", ["d4", "card"])
+    def test_a_rung_of_a_single_mark_is_the_same_alone_and_in_a_climb(self, body):
+        """It stops at its first perfect start, so what earlier rungs found must not matter."""
+        marks = ifa.Signature([0.4], ending="rest")
+        climbed = ifa.solve(ifa.bodies.get(body), marks, accuracy="best", time_budget_s=30.0)
+        alone = ifa.solve(ifa.bodies.get(body), marks, accuracy="best", rung=climbed.rung)
+        np.testing.assert_array_equal(climbed.motion.positions_m, alone.motion.positions_m)
+        assert climbed.score == alone.score == 1.0
 
     def test_says_what_ran(self):
         solution = ifa.solve(brick(), REST, rung=0, takes=2)

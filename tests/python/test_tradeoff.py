@@ -560,3 +560,12 @@ def test_an_interrupted_run_leaves_nothing(marks_file, tmp_path):
     assert running.returncode == 4, errors
     assert "cancelled: nothing was written" in errors
     assert list(folder.iterdir()) == []
+
+
+def test_a_setting_that_mostly_fails_is_not_on_the_front():
+    """Its one good repeat is the best of all; the median over all three is a failure."""
+    lucky = scripted(Outcome(1.0, 0.1), Outcome(1.0, 0.0, "missed"), Outcome(1.0, 0.0, "missed"))
+    sure = scripted(*[Outcome(2.0, 0.5)] * 3)
+    (curve,) = measure([study(Setting("lucky", lucky), Setting("sure", sure))], repeats=3)
+    assert [p.on_front for p in curve.points] == [False, True]
+    assert [p.success for p in curve.points] == [pytest.approx(1 / 3), 1.0]

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::size_t kStartsPerState = 12;
 constexpr std::size_t kStartChunk = 32, kChunk = 16;  // what one thread takes at once
+constexpr double kPerfect = 1e-9;                     // of a log weight: no other start could do better
 constexpr std::size_t kStartGroup = 8;                // first contacts tried at once for a single mark
 constexpr std::size_t kBatches = 4;
 constexpr std::size_t kFewTracked = 6;  // children that keep to a known motion
@@ -57,7 +58,7 @@ class Search {
   // does.
   bool begin_with_few() {
     const std::vector<Candidate>& level = beam_.levels.emplace_back().candidates;
-    for (std::size_t from = 0; from < starts() && !ended_soundly_; from += kStartGroup) {
+    for (std::size_t from = 0; from < starts() && !ended_perfectly_; from += kStartGroup) {
       const std::size_t known = level.size();
       begin(from, std::min(starts(), from + kStartGroup), kStartGroup / 2);
       add_unchanged(known);
@@ -260,6 +261,7 @@ class Search {
     const double log_rest = c.log_rest(problem_, passage);
     const bool met = log_rest >= std::log(kMetFactor);
     ended_soundly_ |= sound;
+    ended_perfectly_ |= sound && c.log_weight + log_factors > -kPerfect;
     ended_well_ |= sound && met;
     beam_.leaves.push_back({static_cast<int>(i), leave,
                             c.log_weight + log_factors + c.log_constraints + log_rest,
@@ -271,6 +273,7 @@ class Search {
   Progress* progress_;
   Beam& beam_;
   bool ended_soundly_ = false, ended_well_ = false;  // some leaf; and it lies as is asked at rest
+  bool ended_perfectly_ = false;                     // some leaf, with all factors 1
   int fewest_violations_ = 0, fewest_unmet_ = 0;     // of the level that is gone on from
 };
 

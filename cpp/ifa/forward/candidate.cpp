@@ -20,7 +20,6 @@ double Problem::travel_budget_m_s(int body, std::size_t k) const {
 void Candidate::constrain(const Problem& problem, std::size_t k) {
   const Constraints& asked = problem.marks.constraints;
   if (!problem.plan.constrains()) return;
-  problem.plan.count_constraints();
   const Body& own = problem.bodies[static_cast<std::size_t>(body)];
   alignment.add(asked, k, own, onset.before);
   log_constraints = -alignment.cost();
@@ -34,7 +33,6 @@ void Candidate::constrain(const Problem& problem, std::size_t k) {
 
 double Candidate::log_rest(const Problem& problem, const Passage& passage) const {
   if (!problem.plan.constrains()) return 0.0;
-  problem.plan.count_constraints();
   Alignment at_rest = alignment;
   at_rest.add(problem.marks.constraints, kAtRest, problem.bodies[static_cast<std::size_t>(body)],
               passage.end);

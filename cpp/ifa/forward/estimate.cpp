@@ -28,8 +28,8 @@ Range centre_heights_m(const Body& body) {
           body.bounding_radius_m()};
 }
 
-// One vertex at the centre of mass.
-bool is_ball(const Body& body) {
+// Rolls and bounces as a ball, whatever its moments are.
+bool is_round(const Body& body) {
   return body.bounding_radius_m() - body.radius_m() <= kBall * body.radius_m();
 }
 
@@ -85,7 +85,7 @@ std::optional<double> restitution_of_gaps(const Body& body, const Marks& marks) 
   const auto longest = std::max_element(gaps_s.begin(), gaps_s.end());
   if (gaps_s.size() < 2 || longest + 1 == gaps_s.end()) return std::nullopt;
   const double after_s = std::accumulate(longest + 1, gaps_s.end(), 0.0);
-  if (is_ball(body)) return std::min(after_s / (*longest + (after_s - gaps_s.back())), 1.0);
+  if (is_round(body)) return std::min(after_s / (*longest + (after_s - gaps_s.back())), 1.0);
   return std::clamp(after_s / (*longest + after_s), kHintedRestitution.least, kHintedRestitution.most);
 }
 
@@ -129,7 +129,7 @@ Estimate estimate(const Body& body, const Marks& marks, const Vec3& gravity_m_s2
 
   Estimate e{};
   e.centre_height_m = centre_heights_m(body);
-  e.ball = is_ball(body);
+  e.ball = is_round(body);
   const double spread_m = e.ball ? 0.0 : e.centre_height_m.most - e.centre_height_m.least;
   const Flights flights{-gravity_m_s2.z(), body.mass_kg(), spread_m};
   for (std::size_t k = 1; k < marks.size(); ++k) {

@@ -180,7 +180,6 @@ double Expander::miss(const Passage& passage, std::size_t k) const {
 
 double Expander::toll(const Candidate& candidate, const Passage& passage, std::size_t k) const {
   const Problem& problem = trials_.problem();
-  problem.plan.count_constraints();
   const double at_rest = toll_at_rest(problem, candidate, passage);
   if (k + 1 == problem.marks.size() || !passage.hits()) return at_rest;
   const Aim aim(problem.marks, trials_.body(), k + 1);

@@ -96,7 +96,7 @@ class Solver {
 
   BeamOptions beam_options(int rung) const {
     return {ladder_[static_cast<std::size_t>(rung)], options_.seed, options_.threads, options_.proposals,
-            needs_no_search() && takes_.empty()};
+            needs_no_search()};
   }
 
   bool content() const {

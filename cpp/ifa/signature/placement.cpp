@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ifa/base/counted.hpp"
+
 namespace ifa {
 
 Vec3 Placement::turned(const Vec3& v) const {
@@ -26,6 +28,7 @@ State Placement::placed(const State& state) const {
 }
 
 void Alignment::add_position(const Vec2& own, const Vec2& wanted, double weight) {
+  count_run(Effect::position_constraints);
   const Vec2 a = own - mean_own_, b = wanted - mean_wanted_;
   const double share = weight / (weight_ + weight), moved = weight_ * share;
   squares_ += moved * (a.squaredNorm() + b.squaredNorm());
@@ -37,6 +40,7 @@ void Alignment::add_position(const Vec2& own, const Vec2& wanted, double weight)
 }
 
 void Alignment::add_direction(const Vec3& own, const Vec3& wanted, double weight) {
+  count_run(Effect::orientation_constraints);
   const Vec2 a = own.head<2>(), b = wanted.head<2>();
   const double up = own.z() - wanted.z();
   squares_ += weight * (a.squaredNorm() + b.squaredNorm() + up * up);

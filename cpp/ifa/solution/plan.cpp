@@ -24,9 +24,10 @@ class Planner {
     of_the_sound();
     of_the_poses();
     decide(Effect::sustained_contact, contact_can_matter(), contact_reason());
-    decide(Effect::pre_roll_flight, options_.lead_in_s > 0.0,
-           options_.lead_in_s > 0.0 ? "lead_in_s is " + number(options_.lead_in_s) : "lead_in_s is 0");
-    decide(Effect::retiming, true, "every interval is brought to its marks");
+    decide(Effect::pre_roll_flight, true, "lead_in_s is " + number(options_.lead_in_s));
+    const bool intervals = marks_.size() > 1;
+    decide(Effect::retiming, intervals,
+           intervals ? "every interval is brought to its marks" : "a single mark has no interval");
     decide(Effect::material_fit, options_.fit_material,
            options_.fit_material ? "the material is to be fitted" : "the material is given");
     check_sense();
@@ -135,11 +136,9 @@ class Planner {
                  "cannot be forced with method=\"graph\": the database was simulated as its body calls for");
       if (plan_.on(Effect::material_fit))
         refuse(Effect::material_fit, "cannot be on with method=\"graph\": the database has one material");
-      if (!plan_.on(Effect::retiming))
+      if (forced(Effect::retiming, false))
         refuse(Effect::retiming, "cannot be off with method=\"graph\": its motions meet the marks by it");
     }
-    if (forced(Effect::pre_roll_flight, true) && !(options_.lead_in_s > 0.0))
-      refuse(Effect::pre_roll_flight, "cannot be on with lead_in_s 0");
     if (forced(Effect::sustained_contact, false) && plan_.on(Effect::settling_to_rest))
       refuse(Effect::sustained_contact, "cannot be off where the body comes to rest: that is contact");
     if (forced(Effect::sustained_contact, false) && options_.events == Events::contact)

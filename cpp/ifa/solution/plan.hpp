@@ -53,12 +53,6 @@ class Plan {
   // Whether both have the same effects forced on and off.
   bool same_forced(const Plan& other) const;
 
-  // Counts a run of the code that both kinds of constraints share, for those that are on.
-  void count_constraints() const {
-    for (const Effect e : {Effect::orientation_constraints, Effect::position_constraints})
-      if (on(e)) count_run(e);
-  }
-
  private:
   std::array<PlannedEffect, kEffects> effects_;
 };

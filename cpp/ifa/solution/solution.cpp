@@ -211,8 +211,12 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
                  kinetic_energy(body, link.leave.after) - kinetic_energy(body, link.onset.before));
 
     time.simulated_s.push_back(now);
-    if (retimes) count_run(Effect::retiming);
-    time.motion_s.push_back(retimes ? marks.times_s[k] : now);
+    if (retimes) {
+      count_run(Effect::retiming);
+      time.motion_s.push_back(marks.times_s[k]);
+    } else {
+      time.motion_s.push_back(now);
+    }
     if (last) {
       event.excess = std::max(event.excess, link.leave.excess);
       event.factors.velocity *= velocity_factor(link.leave.excess);
@@ -264,10 +268,7 @@ Solution make_solution(const Body& body, const SearchPhysics& physics, const Mar
     nodes.push_back({end, at_end, nodes.back().phase});
     std::erase_if(hits, [&](const Hit& h) { return h.time_s >= end; });
   }
-  if (plan.constrains()) {
-    plan.count_constraints();
-    if (!marks.constraints.empty()) place(body, marks.constraints, found, nodes, hits);
-  }
+  if (!marks.constraints.empty()) place(body, marks.constraints, found, nodes, hits);
   solution.motion = std::make_shared<Motion>(body, gravity, nodes, hits, time);
   measure_constraints(marks, solution);
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -95,9 +96,14 @@ class Point:
     error_range: tuple[float, float]
     repeats: int  # that were run, failed ones included
     failures: tuple[str, ...]  # one for each repeat that failed
-    on_front: bool  # no other point is both faster and more accurate (Pareto)
+    on_front: bool  # no other point is both faster and more accurate (Pareto), failures included
     not_reached: int = 0  # repeats that a time limit left out
     losses: tuple[str, ...] = ()  # of all repeats: parts of them that failed, each once
+
+    @property
+    def success(self) -> float:
+        """The share of the repeats that did not fail; NaN where none was reached."""
+        return 1.0 - len(self.failures) / self.repeats if self.repeats else math.nan
 
 
 @dataclass(frozen=True)

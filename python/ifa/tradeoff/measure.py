@@ -67,7 +67,8 @@ def measure(
         if began_s + expected_s(study, row) > deadline_s:
             return None
         outcome = _run(studies[study].settings[row], repeat)
-        took_s[study, row] = time.monotonic() - began_s
+        # The longest so far: what a first run made ready, another repeat may have to make again.
+        took_s[study, row] = max(took_s.get((study, row), 0.0), time.monotonic() - began_s)
         return outcome
 
     for index, study in enumerate(studies):
@@ -135,9 +136,18 @@ def _curve(study: Study, outcomes: Sequence[list[Outcome]], repeats: int) -> Cur
                 losses=tuple(dict.fromkeys(loss for run in runs for loss in run.losses)),
             )
         )
-    front = pareto_front([p.time_s for p in points], [p.error for p in points])
+    # A failure counts as boundless here, or a setting that fails often could shine by the rest.
+    errors = [_median_error(runs) for runs in outcomes]
+    front = pareto_front([p.time_s for p in points], errors)
     on_front = (replace(p, on_front=on) for p, on in zip(points, front, strict=True))
-    return Curve(study, tuple(on_front))
+    # Without what its settings hold on to: databases, solves.
+    return Curve(replace(study, settings=()), tuple(on_front))
+
+
+def _median_error(runs: Sequence[Outcome]) -> float:
+    """Over all repeats; NaN where the middle one failed."""
+    error = median(math.inf if run.failure else run.error for run in runs) if runs else math.nan
+    return error if math.isfinite(error) else math.nan
 
 
 def _spread(values: Sequence[float]) -> tuple[float, tuple[float, float]]:

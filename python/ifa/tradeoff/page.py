@@ -81,7 +81,7 @@ def _section(curve: Mapping[str, Any], pictures: Mapping[str, bytes]) -> str:
 
 def _table(error_name: str, points: Sequence[Mapping[str, Any]]) -> str:
     with_series = any(point["series"] for point in points)
-    names = ["series"] * with_series + ["setting", "time", error_name, ""]
+    names = ["series"] * with_series + ["setting", "time", error_name, "succeeded", ""]
     head = "".join(f"<th>{escape(name)}</th>" for name in names)
     return f"<table>\n<tr>{head}</tr>\n{''.join(_row(p, with_series) for p in points)}</table>"
 
@@ -91,6 +91,8 @@ def _row(point: Mapping[str, Any], with_series: bool) -> str:
     cells.append(f"<td>{escape(point['label'])}</td>")
     cells.append(f'<td class="number">{_time(point["time_s"], point["time_range_s"])}</td>')
     cells.append(f'<td class="number">{_spread(point["error"], point["error_range"], 1.0)}</td>')
+    good = point["repeats"] - len(point["failures"])
+    cells.append(f'<td class="number">{good} of {point["repeats"]}</td>')
     cells.append(f'<td class="failed">{escape("; ".join(troubles(point)))}</td>')
     front = ' class="front"' if point["on_front"] else ""
     return f"<tr{front}>{''.join(cells)}</tr>\n"

@@ -157,4 +157,6 @@ def _plain(point: Point) -> dict[str, Any]:
             return value if math.isfinite(value) else None
         return [plain(inner) for inner in value] if isinstance(value, tuple) else value
 
-    return {name: plain(value) for name, value in vars(point).items()}
+    return {name: plain(value) for name, value in vars(point).items()} | {
+        "success": plain(point.success)
+    }

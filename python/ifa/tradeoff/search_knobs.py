@@ -89,6 +89,8 @@ def time_budget(scene: Scene, *, quick: bool) -> Study:
 
     def run(rung: int) -> Callable[[int], Outcome]:
         def up_to(repeat: int) -> Outcome:
+            if rung == 0:  # begins anew: the run that warms up is not to be counted
+                climbs.pop(repeat, None)
             for next_rung in range(len(climbs.get(repeat, ())), rung + 1):
                 rung_of(repeat, next_rung)
             climb = climbs[repeat][: rung + 1]

@@ -11,7 +11,8 @@ from ifa.tradeoff.curve import Curve, Point
 
 COLUMNS = (
     "knob", "series", "setting", "time_s", "time_least_s", "time_most_s", "error", "error_least",
-    "error_most", "error_name", "on_front", "repeats", "not_reached", "failures", "losses",
+    "error_most", "error_name", "on_front", "repeats", "success", "not_reached", "failures",
+    "losses",
 )  # fmt: skip
 _BETWEEN = " | "  # several failures in one field
 
@@ -36,6 +37,7 @@ def _row(curve: Curve, point: Point) -> tuple[object, ...]:
         curve.study.error_name,
         int(point.on_front),
         point.repeats,
+        _number(point.success),
         point.not_reached,
         _BETWEEN.join(point.failures),
         _BETWEEN.join(point.losses),

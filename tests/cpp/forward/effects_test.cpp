@@ -164,7 +164,7 @@ TEST(SolveEffects, ASingleMarkTakesAStart) {
       SolveOptions options = sample::first_rung();
       options.takes = 2;
       const Solution searched = solve_forward(body, marks, options, nullptr);
-      EXPECT_LE(s.simulated_s, searched.simulated_s);
+      EXPECT_LE(s.simulated_s, searched.simulated_s * (1.0 + 1e-12));  // summed in another order
       if (ending == Ending::open) {
         EXPECT_LT(s.simulated_s, 0.1 * searched.simulated_s);
       }

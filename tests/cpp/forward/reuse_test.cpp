@@ -170,12 +170,12 @@ TEST(CheckReuse, ComparesTheWholeBody) {
     d.vertices_m = {{0.0, 0.0, 0.01}, {0.0, 0.0, -0.01}};  // beyond the rings: they count too
     return Body::make(d);
   }();
-  const KeptSearch kept{{body}, {}, {}, false, 0, {}};
+  const KeptSearch kept{{body}, {}, {}, {}, 0, {}};
   const auto same = [&](void (*change)(Body::Definition&)) {
     Body::Definition d = body.definition();
     change(d);
     try {
-      check_reuse(kept, Body::make(d), {}, false);
+      check_reuse(kept, Body::make(d), {}, {});
     } catch (const ArgumentError&) {
       return false;
     }

@@ -50,10 +50,9 @@ TEST(Plan, SaysWhichEffectsAreOnAndWhy) {
   Marks spanned = six, heard_one = one;
   spanned.durations_s[2] = 0.1;
   heard_one.amplitudes = {1.0};
-  PlanOptions contact, fit, no_lead, graph;
+  PlanOptions contact, fit, graph;
   contact.events = Events::contact;
   fit.fit_material = true;
-  no_lead.lead_in_s = 0.0;
   graph.graph = true;
   using enum Effect;
   const std::vector<Case> cases = {
@@ -79,7 +78,6 @@ TEST(Plan, SaysWhichEffectsAreOnAndWhy) {
        false,
        "the body is a ball: it never leaves the ground that it stays on, and the ending is open"},
       {pre_roll_flight, cube(), six, {}, true, "lead_in_s is 0.5"},
-      {pre_roll_flight, cube(), six, no_lead, false, "lead_in_s is 0"},
       {settling_to_rest, cube(), rest, {}, true, "the body shall come to rest after the last mark"},
       {settling_to_rest, cube(), six, {}, false, "the ending is open"},
       {amplitude_matching, cube(), full(), {}, true, "the marks have amplitudes"},
@@ -94,6 +92,7 @@ TEST(Plan, SaysWhichEffectsAreOnAndWhy) {
       {position_constraints, cube(), full(), {}, true, "a position is asked for"},
       {position_constraints, cube(), six, {}, false, "no position is asked for"},
       {retiming, cube(), six, {}, true, "every interval is brought to its marks"},
+      {retiming, cube(), one, {}, false, "a single mark has no interval"},
       {material_fit, cube(), six, fit, true, "the material is to be fitted"},
       {material_fit, cube(), six, {}, false, "the material is given"},
   };
@@ -172,10 +171,6 @@ TEST(Plan, NamesWhatCannotBeForced) {
       EXPECT_EQ(std::string(e.what()).rfind(name + ": ", 0), 0u) << e.what();
     }
   }
-  PlanOptions no_lead;
-  no_lead.lead_in_s = 0.0;
-  no_lead.forced[index_of(pre_roll_flight)] = true;
-  EXPECT_THROW(make_plan(cube(), full(), no_lead), ArgumentError);
   EXPECT_THROW(effect_named("gravity"), ArgumentError);
   for (std::size_t e = 0; e < kEffects; ++e) EXPECT_EQ(index_of(effect_named(kEffectNames[e])), e);
 }
