@@ -4,7 +4,7 @@ import time
 
 import bpy
 import numpy as np
-from ifa_addon import compat, job, live, overlay, results, scene
+from ifa_addon import compat, core, job, live, overlay, results, scene
 from support import SceneTest, add_box
 
 MARKS_S = [0.30, 0.42, 0.48, 0.52]  # a simulated 16 mm die's, rounded to 10 ms
@@ -163,6 +163,44 @@ class RepairTest(WorkflowTest):
         item.kind, item.mark, item.mark_time_s = "drop", "hit 9", 0.5
         with self.assertRaisesRegex(RuntimeError, "'hit 9'"):
             bpy.ops.ifa.repair(index=0)
+
+
+class QualityTest(WorkflowTest):
+    def test_stops_are_those_of_the_core(self):
+        ifa = core.load()
+        own = self.obj.ifa
+        for name, preset in ifa.ACCURACIES.items():
+            own.accuracy = name.upper()
+            self.assertAlmostEqual(own.position_tolerance_mm, 1e3 * preset.key_position_m, 6)
+            self.assertAlmostEqual(np.radians(own.rotation_tolerance_deg), preset.key_angle_rad, 6)
+
+    def test_predictions_are_for_these_marks(self):
+        scene.add_marks(self.scene, MARKS_S)
+        self.obj.ifa.ending = "OPEN"
+        self.assertEqual(bpy.ops.ifa.predict(), {"FINISHED"})
+        predicted = results.predictions_for("die", tuple(MARKS_S), "given")
+        self.assertEqual(set(predicted), {"draft", "good", "best"})
+        self.assertLessEqual(predicted["draft"].time_s, predicted["best"].time_s)
+        self.assertEqual(results.predictions_for("die", tuple(MARKS_S[:-1]), "given"), {})
+        self.assertEqual(results.predictions_for("die", tuple(MARKS_S), "fit"), {})
+
+    def test_what_came_true_is_kept_beside(self):
+        scene.add_marks(self.scene, MARKS_S)
+        self.obj.ifa.ending = "OPEN"
+        self.obj.ifa.accuracy = "DRAFT"
+        bpy.ops.ifa.solve()
+        own, solution = self.obj.ifa, results.of("die").solution
+        self.assertEqual(solution.accuracy, "draft")
+        self.assertAlmostEqual(own.error, solution.error, 6)
+        self.assertGreater(own.solve_s, 0.0)
+
+    def test_the_effects_line_says_what_was_left_out(self):
+        scene.add_marks(self.scene, MARKS_S)
+        self.obj.ifa.ending = "OPEN"
+        bpy.ops.ifa.solve()
+        on, off = self.obj.ifa.effects.split("; off: ")
+        self.assertIn("friction", on)
+        self.assertIn("settling to rest (the ending is open)", off)
 
 
 class LiveTest(WorkflowTest):
