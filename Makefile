@@ -35,7 +35,8 @@ demo: build  ## make a recording, solve it, write the motion and pictures to bui
 video: demo  ## render the demo's roll with its sound to build/demo/roll.mp4
 	@scripts/install.sh blender
 	@PATH=/usr/bin:$$PATH IFA_PYTHONPATH=$(CURDIR)/python blender -b build/demo/first_light.blend \
-	  --python examples/render_video.py -- build/demo/roll.mp4 | grep -v '^Fra:\|^ Time:\|^Append\|^$$'
+	  --python-exit-code 1 --python examples/render_video.py -- build/demo/roll.mp4 > build/demo/render.log
+	@tail -3 build/demo/render.log
 
 # All parts run even if one fails, so that one run shows everything that is wrong.
 test:  ## run all tests, the fast ones first

@@ -36,6 +36,7 @@ _MODULES = (properties, solving, marking, repairs, live, presets, panel, overlay
 @bpy.app.handlers.persistent
 def _before_load(*_) -> None:
     """A solve belongs to the file it was started in, and so do its motions."""
+    live.stop()
     job.cancel_all()
     results.forget()
 

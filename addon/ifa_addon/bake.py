@@ -133,7 +133,7 @@ def _write_curve(curve, track: keys.Track, channel: int, stock: compat.ActionSto
 def _remember(obj) -> None:
     """Keep transform, rotation mode and Action from before the first bake."""
     own = obj.ifa
-    if own.action:
+    if own.keyed:
         return
     own.before_rotation_mode = obj.rotation_mode
     own.before_location = obj.location
@@ -173,11 +173,11 @@ def _own_action(obj, stock: compat.ActionStock, lengths: dict[str, int]):
 def clear(obj) -> None:
     """Put transform, rotation mode and Action back as they were before the first bake."""
     own = obj.ifa
-    if own.action is None:
+    if not own.keyed:
         return
     action, own.action = own.action, None
     data = obj.animation_data
-    if data is not None:
+    if data is not None and data.action in (action, None):  # else another one was assigned since
         compat.assign_action(data, own.before_action)
         if not own.before_had_animation_data and not data.drivers and not data.nla_tracks:
             obj.animation_data_clear()
@@ -190,5 +190,5 @@ def clear(obj) -> None:
     obj.rotation_euler = own.before_euler
     obj.rotation_axis_angle = own.before_axis_angle
     own.result = ""
-    if action.users == 0:
+    if action is not None and action.users == 0:
         bpy.data.actions.remove(action)

@@ -186,14 +186,22 @@ def redraw_views() -> None:
                 area.tag_redraw()
 
 
+def modal_runs(context) -> bool | None:
+    """Whether a modal operator such as a drag is under way; None where Blender cannot tell."""
+    windows = context.window_manager.windows
+    if bpy.app.background or not windows:
+        return False
+    if not hasattr(windows[0], "modal_operators"):
+        return None
+    return any(len(window.modal_operators) for window in windows)
+
+
 def undo_push(context, message: str) -> None:
-    """An undo step of its own, where no modal operator such as a drag is about to make one."""
-    if bpy.app.background or not context.window_manager.windows:
+    """An undo step of its own, where there is a window."""
+    windows = context.window_manager.windows
+    if bpy.app.background or not windows:
         return
-    window = context.window or context.window_manager.windows[0]
-    if len(getattr(window, "modal_operators", ())):
-        return
-    with context.temp_override(window=window):
+    with context.temp_override(window=context.window or windows[0]):
         if bpy.ops.ed.undo_push.poll():
             bpy.ops.ed.undo_push(message=message)
 

@@ -6,8 +6,9 @@
 
 Without --bodies every body of the scene is solved (objects that were solved before, or have
 *Solve with Others* on; the active object where there is none). The .blend is saved in place, or to
-FILE. Progress goes to stdout. Exit codes: 0 done, 2 bad input (nothing is saved), 3 some body has
-no acceptable motion (the best one is keyed and saved all the same), 4 cancelled (nothing is saved).
+FILE. Progress goes to stdout. Exit codes: 0 done, 1 an error of the add-on (with its traceback), 2
+bad input (nothing is saved), 3 some body has no acceptable motion (the best one is keyed and saved
+all the same), 4 cancelled (nothing is saved).
 """
 
 from __future__ import annotations
@@ -18,11 +19,12 @@ import os
 import signal
 import sys
 import time
+import traceback
 from pathlib import Path
 
 import bpy
 
-DONE, BAD_INPUT, NO_MOTION, CANCELLED = 0, 2, 3, 4
+DONE, FAILED, BAD_INPUT, NO_MOTION, CANCELLED = 0, 1, 2, 3, 4
 POLL_S, TELL_S = 0.05, 1.0
 
 
@@ -31,7 +33,7 @@ def main(words: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="ifa farm", description="Solve and key bodies, headless.")
     parser.add_argument("--bodies", nargs="+", metavar="NAME", help="default: all bodies")
     parser.add_argument("--save", metavar="FILE", help="default: the .blend itself")
-    parser.add_argument("--seed", type=int, metavar="N", help="default: each body's own")
+    parser.add_argument("--seed", type=_seed, metavar="N", help="default: each body's own")
     try:
         options = parser.parse_args(words)
     except SystemExit as ended:
@@ -50,6 +52,13 @@ def main(words: list[str]) -> int:
         return _solve(package, options, target)
     finally:
         package.unregister()  # where bpy is a module, 4.5 crashes on leaving with it registered
+
+
+def _seed(word: str) -> int:
+    seed = int(word)
+    if not 0 <= seed < 2**31:
+        raise argparse.ArgumentTypeError(f"must be from 0 to {2**31 - 1}, got {word}")
+    return seed
 
 
 def _package():
@@ -101,12 +110,13 @@ def _solve(package, options: argparse.Namespace, target: str) -> int:
         try:
             if isinstance(outcome, Exception):
                 raise scene.SceneError(core.readable(outcome, task.inputs.mark_names))
-            writing.write(context, obj, results.Kept(task.inputs, outcome))
+            notes = writing.write(context, obj, results.Kept(task.inputs, outcome))
         except (scene.SceneError, ValueError) as error:
             _say(f"{task.name}: {error}")
             wrong = True
             continue
-        _say(f"{task.name}: {obj.ifa.result}")
+        for line in (obj.ifa.result, *notes):
+            _say(f"{task.name}: {line}")
         if not obj.ifa.succeeded:
             code = NO_MOTION
     if wrong:
@@ -140,5 +150,14 @@ def _bad(text: str) -> int:
     return BAD_INPUT
 
 
+def _main() -> int:
+    """Blender leaves with 0 after an exception of a script, unless told otherwise."""
+    try:
+        return main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else [])
+    except Exception:
+        traceback.print_exc()
+        return FAILED
+
+
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []))
+    sys.exit(_main())

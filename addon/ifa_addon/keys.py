@@ -41,10 +41,11 @@ class Motion(Protocol):
 
 @dataclass(frozen=True)
 class Timing:
-    """Frames to seconds: time 0 is at `origin_frame`."""
+    """Frames to seconds: time 0 is at `origin_frame`, where `by_sound` the beginning of a strip."""
 
     fps: float
     origin_frame: float
+    by_sound: bool = False
 
     def time_s(self, frame):
         return (np.asarray(frame, dtype=np.float64) - self.origin_frame) / self.fps

@@ -31,12 +31,15 @@ def placed(context) -> list[tuple[float, str, str]]:
         found = scene.marks(context.scene, obj.ifa.marker_filter, time)
     except scene.SceneError:
         return []
-    now = {mark.name: mark for mark in found}
+    left = list(found)
     rows = []
     for report in obj.ifa.mark_reports:
-        mark = now.get(report.name)
-        if mark is None:
+        # Names need not be unique: of those with this one the nearest, each once.
+        same = [mark for mark in left if mark.name == report.name]
+        if not same:
             continue
+        mark = min(same, key=lambda m: abs(m.time_s - report.time_s))
+        left.remove(mark)
         if abs(mark.time_s - report.time_s) > 1e-4:  # float32 in the file
             rows.append((float(time.frame(mark.time_s)), "MOVED", "moved"))
         elif report.light == "MISSED":

@@ -7,7 +7,7 @@ import textwrap
 
 import bpy
 
-from . import compat, core, job, presets, properties, results, scene
+from . import compat, core, job, presets, properties, results, scene, writing
 
 
 def paragraph(layout, context, text: str, icon: str = "NONE") -> None:
@@ -60,7 +60,7 @@ class Main:
         running = job.running()
         if running is not None:
             row = layout.row(align=True)
-            compat.draw_progress(row, running.fraction, f"Solving {running.label}")
+            compat.draw_progress(row, running.fraction, running.label)
             row.operator("ifa.cancel", text="", icon="X")
             return
         self._draw_quality(context)
@@ -69,7 +69,7 @@ class Main:
         row.scale_y = 1.4
         text = "Solve" if others < 1 else f"Solve {others + 1} Bodies"
         row.operator("ifa.solve", text=text, icon="PLAY")
-        row.prop(context.scene.ifa, "live", text="", icon="AUTO", toggle=True)
+        row.prop(context.window_manager, "ifa_live", text="", icon="AUTO", toggle=True)
 
     def _draw_quality(self, context) -> None:
         """The three stops, each with its seconds and its error before solving."""
@@ -104,6 +104,13 @@ class Main:
             row.label(text=f"Take {own.take} of {own.takes_found}")
             row.operator("ifa.take", text="", icon="TRIA_RIGHT").step = 1
 
+        if own.keyed_as != writing.key_state(context.scene, context.object):
+            stale = box.column()
+            stale.alert = True
+            text = "Keyed for another frame rate, sound, place or other key options"
+            paragraph(stale, context, text, "ERROR")
+        box.operator("ifa.bake", icon="KEYINGSET")
+
     def _draw_repairs(self, context, own) -> None:
         if own.plausible:
             return
@@ -125,8 +132,7 @@ def _predictions(context, obj) -> dict:
         found = scene.marks(context.scene, obj.ifa.marker_filter, time)
     except scene.SceneError:
         return {}
-    times_s = tuple(mark.time_s for mark in found)
-    return results.predictions_for(obj.name, times_s, obj.ifa.material.lower())
+    return results.predictions_for(obj.name, scene.asked(obj, found))
 
 
 def _shortened(text: str, context) -> str:
@@ -169,7 +175,12 @@ class Marks:
             if own.mark_index < len(own.mark_reports):
                 chosen = own.mark_reports[own.mark_index]
                 paragraph(layout, context, f"{chosen.name}: {chosen.text}")
-        dragged = [mark.name for mark in found if mark.dragged]
+        keyed = [report.time_s for report in own.mark_reports]  # Live may have followed the drag
+        dragged = [
+            mark.name
+            for mark in found
+            if mark.dragged and not any(abs(mark.time_s - t) < 1e-4 for t in keyed)
+        ]
         if dragged:
             names = ", ".join(dragged)
             paragraph(layout, context, f"Moved since solved or loaded: {names}", "ERROR")

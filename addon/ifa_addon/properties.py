@@ -50,10 +50,6 @@ def _apply_accuracy(self, context) -> None:
     self.position_tolerance_mm, self.rotation_tolerance_deg = KEY_TOLERANCES[self.accuracy]
 
 
-def _switch_live(self, context) -> None:
-    live.switch(self.live)
-
-
 class IFA_PG_mark(bpy.types.PropertyGroup):
     """How one mark was met by the motion that is keyed; `name` is the marker's."""
 
@@ -70,7 +66,6 @@ class IFA_PG_repair(bpy.types.PropertyGroup):
     mark: StringProperty(options={"HIDDEN"})  # name of the marker it concerns
     mark_time_s: FloatProperty(options={"HIDDEN"})  # as it was
     value: FloatProperty(options={"HIDDEN"})  # new: time in s, energy in J, restitution, friction
-    cost: FloatProperty(options={"HIDDEN"})
     plausible: BoolProperty(options={"HIDDEN"})
     seed: IntProperty(options={"HIDDEN"})
 
@@ -135,7 +130,7 @@ class IFA_PG_object(bpy.types.PropertyGroup):
         description="Whether restitution and friction are kept, or chosen to suit the marks",
         items=[
             ("GIVEN", "Given", "Use restitution and friction as set"),
-            ("FIT", "Fit", "Fit the restitution to the marks; friction as set"),
+            ("FIT", "Fit", "Choose restitution and friction that suit the marks"),
         ],
     )
     marker_filter: StringProperty(
@@ -254,6 +249,7 @@ class IFA_PG_object(bpy.types.PropertyGroup):
     solve_s: FloatProperty(options={"HIDDEN"})
     error: FloatProperty(options={"HIDDEN"})  # 1 - Score
     effects: StringProperty(options={"HIDDEN"})
+    keyed_as: StringProperty(options={"HIDDEN"})  # see writing.key_state
     take: IntProperty(options={"HIDDEN"})
     takes_found: IntProperty(options={"HIDDEN"})
     mark_reports: CollectionProperty(type=IFA_PG_mark, options={"HIDDEN"})
@@ -287,11 +283,6 @@ class IFA_PG_scene(bpy.types.PropertyGroup):
         name="Strip", description="Name of the sound strip; empty for the first one"
     )
     sound_file: StringProperty(name="File", description="Sound file", subtype="FILE_PATH")
-    live: BoolProperty(
-        name="Live",
-        description="Solve again from a mark that is dragged: the motion follows",
-        update=_switch_live,
-    )
     ground: PointerProperty(
         name="Ground",
         description="A flat, level mesh at whose height the motion takes place, as if it had no "
@@ -314,6 +305,8 @@ class IFA_PG_marker(bpy.types.PropertyGroup):
         description="Where the marker stood when its time was stored: elsewhere it was dragged",
         options={"HIDDEN"},
     )
+    origin_frame: FloatProperty(options={"HIDDEN"})  # where time 0 was then
+    by_sound: BoolProperty(options={"HIDDEN"})  # time 0 was the beginning of a sound strip
 
 
 class IFA_preferences(bpy.types.AddonPreferences):
@@ -356,6 +349,13 @@ def start() -> None:
     bpy.types.Object.ifa = PointerProperty(type=IFA_PG_object)
     bpy.types.Scene.ifa = PointerProperty(type=IFA_PG_scene)
     bpy.types.TimelineMarker.ifa = PointerProperty(type=IFA_PG_marker)
+    # Of the session, not of the file: a saved toggle would come back without its timer.
+    bpy.types.WindowManager.ifa_live = BoolProperty(
+        name="Live",
+        description="Solve again from a mark that is dragged: the motion follows",
+        get=lambda self: live.is_on(),
+        set=lambda self, on: live.switch(on),
+    )
     bpy.types.WindowManager.ifa_progress = FloatProperty(
         name="Progress",
         description="Share of the solve that is done; Esc cancels",
@@ -369,6 +369,7 @@ def start() -> None:
 
 def stop() -> None:
     del bpy.types.WindowManager.ifa_progress
+    del bpy.types.WindowManager.ifa_live
     del bpy.types.TimelineMarker.ifa
     del bpy.types.Scene.ifa
     del bpy.types.Object.ifa

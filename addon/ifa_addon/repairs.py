@@ -15,6 +15,7 @@ class IFA_OT_explain(solving.JobOperator, bpy.types.Operator):
     bl_description = "Try which small changes to marks or material make a plausible motion possible"
     bl_options = {"UNDO"}
 
+    doing = "Finding repairs for"
     call = staticmethod(work.explain)
 
     def bodies(self, context):
@@ -26,7 +27,7 @@ class IFA_OT_explain(solving.JobOperator, bpy.types.Operator):
         for repair in explanation.repairs:
             item = own.repairs.add()
             item.name = _sentence(repair, task.inputs.mark_names)
-            item.kind, item.cost, item.plausible = repair.kind, repair.cost, repair.plausible
+            item.kind, item.plausible = repair.kind, repair.plausible
             item.seed = repair.seed
             if repair.kind in ("shift", "drop"):
                 item.mark = task.inputs.mark_names[repair.mark]
@@ -54,6 +55,14 @@ class IFA_OT_repair(bpy.types.Operator):
     bl_options = {"UNDO"}
 
     index: IntProperty(name="Repair", description="Its number in the list, from 0", min=0)
+
+    @classmethod
+    def description(cls, context, properties):
+        """The whole sentence, which the button may have to cut."""
+        found = context.object.ifa.repairs if context.object is not None else ()
+        if properties.index < len(found):
+            return f"{found[properties.index].name}. {cls.bl_description}"
+        return cls.bl_description
 
     @classmethod
     def poll(cls, context):

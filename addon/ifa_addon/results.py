@@ -58,13 +58,13 @@ def keep_predictions(name: str, inputs: core.Inputs, predictions: dict[str, Any]
     _predicted[name] = (inputs, predictions)
 
 
-def predictions_for(name: str, times_s: tuple[float, ...], material: str) -> dict[str, Any]:
-    """Those made for these marks and this treatment of the material; else none.
+def predictions_for(name: str, asked: dict[str, Any]) -> dict[str, Any]:
+    """Those made where these inputs were the same; else none.
 
     Shapes are not compared: a panel that draws has no time for that.
     """
     inputs, predictions = _predicted.get(name, (None, {}))
-    fresh = inputs is not None and (inputs.mark_times_s, inputs.material) == (times_s, material)
+    fresh = inputs is not None and all(getattr(inputs, k) == v for k, v in asked.items())
     return predictions if fresh else {}
 
 

@@ -60,7 +60,8 @@ def timing(scene) -> keys.Timing:
             "set both to 100 in the scene's output properties."
         )
     origin = float(scene.frame_start)
-    if scene.ifa.sound_source == "STRIP":
+    by_sound = scene.ifa.sound_source == "STRIP"
+    if by_sound:
         strip = sound_strip(scene)
         if strip is None:
             raise SceneError("There is no sound strip in the sequencer: add one or turn sound off.")
@@ -70,7 +71,7 @@ def timing(scene) -> keys.Timing:
                 "retiming keys."
             )
         origin = compat.strip_start(strip)
-    return keys.Timing(render.fps / render.fps_base, origin)
+    return keys.Timing(render.fps / render.fps_base, origin, by_sound)
 
 
 def sound(scene) -> tuple[str, bytes]:
@@ -122,9 +123,11 @@ def stored_time_s(marker) -> float | None:
     return time_s if isfinite(time_s) else None
 
 
-def store_time(marker, time_s: float) -> None:
-    marker.ifa.time_s = repr(time_s)
-    marker.ifa.frame = marker.frame
+def store_time(marker, time_s: float, time: keys.Timing) -> None:
+    """Keep an exact time, and what it is counted from."""
+    own = marker.ifa
+    own.time_s, own.frame = repr(time_s), marker.frame
+    own.origin_frame, own.by_sound = time.origin_frame, time.by_sound
 
 
 def forget_time(marker) -> None:
@@ -132,9 +135,15 @@ def forget_time(marker) -> None:
 
 
 def read_mark(marker, time: keys.Timing) -> Mark:
-    """A stored exact time holds while the marker stays where it was put, or where that time is."""
+    """A stored exact time holds while the marker stays where it was put, or where that time is.
+
+    It goes along with a strip that is moved. A scene that begins on another frame, or has the sound
+    from elsewhere now, does not move what its markers mark.
+    """
     stored = stored_time_s(marker)
     if stored is not None:
+        if not (time.by_sound and marker.ifa.by_sound):
+            stored += (marker.ifa.origin_frame - time.origin_frame) / time.fps
         still = marker.frame == marker.ifa.frame
         if still or marker.frame == round(float(time.frame(stored))):
             return Mark(marker.name, marker.frame, stored, True, False)
@@ -170,7 +179,7 @@ def checked_marks(scene, pattern: str, time: keys.Timing) -> list[Mark]:
 def store_exact_times(scene, pattern: str, time: keys.Timing) -> None:
     """Keep each mark's time on its marker, so that a later drag can be told."""
     for marker in matching_markers(scene, pattern):
-        store_time(marker, read_mark(marker, time).time_s)
+        store_time(marker, read_mark(marker, time).time_s, time)
 
 
 def add_marks(scene, times_s, prefix: str = "hit") -> None:
@@ -194,8 +203,9 @@ def marker_at(scene, name: str, time_s: float):
 
 def move_mark(scene, marker, time_s: float) -> None:
     """Put a marker at an exact time."""
-    marker.frame = round(float(timing(scene).frame(time_s)))
-    store_time(marker, float(time_s))
+    time = timing(scene)
+    marker.frame = round(float(time.frame(time_s)))
+    store_time(marker, float(time_s), time)
 
 
 def ancestors(obj) -> list:
@@ -324,8 +334,11 @@ def mesh(obj, depsgraph, unit_m: float) -> tuple[np.ndarray, np.ndarray]:
 def checked_object(obj):
     if obj is None or obj.type != "MESH":
         raise SceneError("The active object is no mesh: select the body to animate.")
-    if obj.library is not None:
+    if obj.library is not None or obj.override_library is not None:
         raise SceneError(f"'{obj.name}' is linked from another file: make it local first.")
+    for driver in obj.animation_data.drivers if obj.animation_data else ():
+        if driver.data_path.startswith(("location", "rotation")):
+            raise SceneError(f"A driver of '{obj.name}' would override the keys: remove it.")
     for constraint in obj.constraints:
         if not constraint.mute:
             raise SceneError(
@@ -360,25 +373,33 @@ def read_inputs(scene, obj, depsgraph) -> core.Inputs:
     ground_height(scene, obj)  # refused before the solve, not after it
     vertices, triangles = mesh(obj, depsgraph, metres_per_unit(scene))
     path, packed = sound(scene)
+    return core.Inputs(
+        name=obj.name,
+        vertices_m=vertices,
+        triangles=triangles,
+        mark_names=tuple(mark.name for mark in found),
+        seed=settings.seed,
+        accuracy=settings.accuracy.lower(),
+        takes=settings.takes,
+        sound_path=path,
+        sound_bytes=packed,
+        **asked(obj, found),
+    )
+
+
+def asked(obj, found: list[Mark]) -> dict:
+    """The inputs of a solve that are read at once, without a look at the mesh or the sound."""
+    settings = obj.ifa
     material = {"restitution": settings.restitution, "friction": settings.friction}
     if settings.mass_from == "DENSITY":
         material["density"] = settings.density_kg_m3
     else:
         material["mass_kg"] = settings.mass_kg
-    return core.Inputs(
-        name=obj.name,
-        vertices_m=vertices,
-        triangles=triangles,
-        material_keywords=material,
-        mark_names=tuple(mark.name for mark in found),
-        mark_times_s=tuple(mark.time_s for mark in found),
-        ending=settings.ending.lower(),
-        material=settings.material.lower(),
-        seed=settings.seed,
-        accuracy=settings.accuracy.lower(),
-        time_budget_s=settings.time_budget_s or None,
-        takes=settings.takes,
-        energy_gain_j=settings.energy_gain_j,
-        sound_path=path,
-        sound_bytes=packed,
-    )
+    return {
+        "material_keywords": material,
+        "mark_times_s": tuple(mark.time_s for mark in found),
+        "ending": settings.ending.lower(),
+        "material": settings.material.lower(),
+        "energy_gain_j": settings.energy_gain_j,
+        "time_budget_s": settings.time_budget_s or None,
+    }

@@ -37,6 +37,7 @@ class JobOperator:
     one result (`take_in`), on the main thread.
     """
 
+    doing = "Solving"
     _job = None
     _timer = None
     _scene = ""
@@ -65,7 +66,7 @@ class JobOperator:
         call, progress = work_
         names = [task.name for task in self._tasks]
         label = names[0] if len(names) == 1 else f"{len(names)} bodies"
-        self._job = job.start(call, progress, label)
+        self._job = job.start(call, progress, f"{self.doing} {label}")
         manager = context.window_manager
         manager.progress_begin(0, 100)
         self._timer = manager.event_timer_add(POLL_S, window=context.window)
@@ -180,6 +181,7 @@ class IFA_OT_solve(JobOperator, bpy.types.Operator):
 
     bodies_from: EnumProperty(
         name="Bodies",
+        description="Which bodies are solved",
         items=[
             ("ACTIVE", "Active", "The active object alone"),
             ("SELECTED", "Selected", "The active object and the other selected bodies"),
@@ -208,6 +210,7 @@ class IFA_OT_predict(JobOperator, bpy.types.Operator):
     bl_label = "Predict"
     bl_description = "Say how long each quality would take and how good its motion would be"
 
+    doing = "Predicting"
     call = staticmethod(work.predict)
 
     def bodies(self, context):
@@ -251,20 +254,47 @@ class IFA_OT_take(bpy.types.Operator):
 
     def execute(self, context):
         obj = context.object
-        kept = results.of(obj.name)
-        takes = len(kept.outcome.solution.takes)
-        other = results.Kept(kept.inputs, kept.outcome, (kept.take + self.step) % takes)
-        try:
-            if read(context, obj).digest() != kept.inputs.digest():
-                raise scene.SceneError(
-                    f"The marks, the sound or '{obj.name}' changed since the solve: solve again."
-                )
-            writing.write(context, obj, other)
-        except (scene.SceneError, ValueError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        compat.redraw_views()
-        return {"FINISHED"}
+        takes = len(results.of(obj.name).outcome.solution.takes)
+        return key_again(self, context, (obj.ifa.take - 1 + self.step) % takes)
+
+
+def key_again(operator, context, take: int):
+    """Key a take of the latest solve, if the scene still asks for that."""
+    obj = context.object
+    kept = results.of(obj.name)
+    try:
+        if read(context, obj).digest() != kept.inputs.digest():
+            raise scene.SceneError(
+                f"The marks, the sound or '{obj.name}' changed since the solve: solve again."
+            )
+        notes = writing.write(context, obj, results.Kept(kept.inputs, kept.outcome, take))
+    except (scene.SceneError, ValueError) as error:
+        operator.report({"ERROR"}, str(error))
+        return {"CANCELLED"}
+    for note in notes:
+        operator.report({"WARNING"}, note)
+    compat.redraw_views()
+    return {"FINISHED"}
+
+
+class IFA_OT_bake(bpy.types.Operator):
+    bl_idname = "ifa.bake"
+    bl_label = "Bake Again"
+    bl_description = (
+        "Key the motion of the last solve again, for the frame rate, sound, place and key options "
+        "of now; nothing is solved"
+    )
+    bl_options = {"UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        obj = context.object
+        if obj is None or obj.type != "MESH" or results.of(obj.name) is None:
+            return no(cls, "Solve first: motions are kept until the file is closed")
+        return job.running() is None or no(cls, "A solve is running")
+
+    def execute(self, context):
+        return key_again(self, context, max(0, context.object.ifa.take - 1))
 
 
 class IFA_OT_clear(bpy.types.Operator):
@@ -289,4 +319,4 @@ class IFA_OT_clear(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (IFA_OT_solve, IFA_OT_predict, IFA_OT_cancel, IFA_OT_take, IFA_OT_clear)
+CLASSES = (IFA_OT_solve, IFA_OT_predict, IFA_OT_cancel, IFA_OT_take, IFA_OT_bake, IFA_OT_clear)

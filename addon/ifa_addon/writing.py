@@ -6,7 +6,19 @@ from __future__ import annotations
 from . import bake, core, results, scene
 
 
-def write(context, obj, kept: results.Kept) -> tuple[str, ...]:
+def key_state(scene_, obj) -> str:
+    """What keys follow from beside the motion; where it differs now they are stale."""
+    own = obj.ifa
+    try:
+        time = scene.timing(scene_)
+    except scene.SceneError:
+        return own.keyed_as
+    ground = scene_.ifa.ground.name if scene_.ifa.ground else ""
+    options = own.key_times, own.position_tolerance_mm, own.rotation_tolerance_deg
+    return repr((time.fps, time.origin_frame, own.place, ground, *options))
+
+
+def write(context, obj, kept: results.Kept, store: bool = True) -> tuple[str, ...]:
     """Key the take of `kept` on the object and say how it meets the marks; returns what to warn of.
 
     Raises scene.SceneError or ValueError before anything is touched.
@@ -14,7 +26,8 @@ def write(context, obj, kept: results.Kept) -> tuple[str, ...]:
     time = scene.timing(context.scene)
     outcome, solution = kept.outcome, kept.solution
     made = bake.bake(context.scene, obj, solution.motion, outcome.centre_of_mass_m)
-    scene.store_exact_times(context.scene, obj.ifa.marker_filter, time)
+    if store:
+        scene.store_exact_times(context.scene, obj.ifa.marker_filter, time)
     results.keep(obj.name, kept)
     own = obj.ifa
     own.is_body = True
@@ -24,6 +37,7 @@ def write(context, obj, kept: results.Kept) -> tuple[str, ...]:
     own.take, own.takes_found = kept.take + 1, len(outcome.solution.takes)
     own.solve_s, own.error = float(solution.solve_s), float(solution.error)
     own.effects = solution.effects.line()
+    own.keyed_as = key_state(context.scene, obj)
     own.result = core.describe(solution, outcome.mark_names)
     own.mark_reports.clear()
     for report in results.mark_reports(solution, outcome.mark_names):
@@ -40,3 +54,4 @@ def clear(obj) -> None:
     results.forget(obj.name)
     obj.ifa.mark_reports.clear()
     obj.ifa.repairs.clear()
+    obj.ifa.effects = obj.ifa.keyed_as = ""

@@ -108,6 +108,16 @@ class FarmTest(SceneTest):
         code, output = self.run_farm(path, "--save", str(closed / "out.blend"))
         self.assertEqual(code, 2, output)
 
+    def test_a_seed_that_no_property_holds(self):
+        code, output = self.run_farm(self.save(MARKS_S), "--seed", "3000000000")
+        self.assertEqual(code, 2, output)
+
+    def test_a_file_where_a_folder_should_be(self):
+        path = self.save(MARKS_S)
+        code, output = self.run_farm(path, "--save", str(path / "out.blend"))
+        self.assertEqual(code, 2, output)
+        self.assertIn("not a folder", output)
+
     def test_a_folder_that_is_not_there(self):
         code, output = self.run_farm(self.save(MARKS_S), "--save", "/nowhere/out.blend")
         self.assertEqual(code, 2, output)

@@ -4,7 +4,7 @@ import time
 
 import bpy
 import numpy as np
-from ifa_addon import compat, core, job, live, overlay, results, scene
+from ifa_addon import compat, core, job, live, overlay, results, scene, writing
 from support import SceneTest, add_box
 
 MARKS_S = [0.30, 0.42, 0.48, 0.52]  # a simulated 16 mm die's, rounded to 10 ms
@@ -88,7 +88,23 @@ class TakesTest(WorkflowTest):
         np.testing.assert_array_equal(key_heights(self.obj), first)
         bpy.ops.ifa.take(step=-1)
         self.assertEqual(own.take, 3)
+        own.take = 1  # as an undo of the step leaves it
+        bpy.ops.ifa.take(step=1)
+        self.assertEqual(own.take, 2)
         self.assertEqual(len(bpy.data.actions), 1)
+
+    def test_bake_again_follows_the_frame_rate(self):
+        scene.add_marks(self.scene, MARKS_S)
+        bpy.ops.ifa.solve()
+        own = self.obj.ifa
+        self.assertEqual(own.keyed_as, writing.key_state(self.scene, self.obj))
+        self.set_rate(60, 1)
+        self.assertNotEqual(own.keyed_as, writing.key_state(self.scene, self.obj))
+        bpy.ops.ifa.bake()
+        self.assertEqual(own.keyed_as, writing.key_state(self.scene, self.obj))
+        at = scene.timing(self.scene).time_s(key_heights(self.obj)[:, 0])
+        for mark in MARKS_S:
+            self.assertLess(np.abs(at - mark).min(), 1e-3)
 
     def test_a_changed_scene_is_not_keyed_with_an_old_take(self):
         self.obj.ifa.takes = 2
@@ -131,6 +147,55 @@ class ReportTest(WorkflowTest):
         self.assertEqual(len(self.obj.ifa.mark_reports), 0)
         self.assertIsNone(results.of("die"))
         self.assertEqual(overlay.placed(bpy.context), [])
+
+    def test_marks_of_one_name_have_a_light_each(self):
+        scene.add_marks(self.scene, MARKS_S)
+        for marker in self.scene.timeline_markers:
+            marker.name = "hit"
+        bpy.ops.ifa.solve()
+        rows = overlay.placed(bpy.context)
+        self.assertEqual({row[1] for row in rows}, {"MET"})
+        frames = scene.timing(self.scene).frame(MARKS_S)
+        np.testing.assert_allclose([row[0] for row in rows], frames, atol=1e-3)
+
+
+class OriginTest(WorkflowTest):
+    def test_another_start_frame_does_not_move_marks(self):
+        self.add_markers([8, 11, 12, 13])
+        self.obj.ifa.ending = "OPEN"
+        bpy.ops.ifa.solve()
+        self.scene.frame_start = 5
+        found = scene.marks(self.scene, "", scene.timing(self.scene))
+        np.testing.assert_allclose(
+            scene.timing(self.scene).frame([m.time_s for m in found]), [8, 11, 12, 13], atol=1e-6
+        )
+        self.assertFalse(any(m.dragged for m in found))
+
+
+class ActionTest(WorkflowTest):
+    def test_a_deleted_action_is_made_again_and_clear_still_restores(self):
+        self.obj.location = (1.0, 2.0, 3.0)
+        scene.add_marks(self.scene, MARKS_S)
+        bpy.ops.ifa.solve()
+        bpy.data.actions.remove(self.obj.ifa.action)
+        bpy.ops.ifa.solve()
+        bpy.ops.ifa.clear()
+        np.testing.assert_allclose(self.obj.location, (1.0, 2.0, 3.0))
+        self.assertEqual(len(bpy.data.actions), 0)
+
+    def test_clear_leaves_an_action_that_was_assigned_since(self):
+        scene.add_marks(self.scene, MARKS_S)
+        bpy.ops.ifa.solve()
+        other = bpy.data.actions.new("hand made")
+        compat.assign_action(self.obj.animation_data, other)
+        bpy.ops.ifa.clear()
+        self.assertEqual(self.obj.animation_data.action, other)
+
+    def test_a_driver_of_the_location_is_refused(self):
+        scene.add_marks(self.scene, MARKS_S)
+        self.obj.driver_add("location", 2)
+        with self.assertRaisesRegex(RuntimeError, "driver"):
+            bpy.ops.ifa.solve()
 
 
 class RepairTest(WorkflowTest):
@@ -178,11 +243,19 @@ class QualityTest(WorkflowTest):
         scene.add_marks(self.scene, MARKS_S)
         self.obj.ifa.ending = "OPEN"
         self.assertEqual(bpy.ops.ifa.predict(), {"FINISHED"})
-        predicted = results.predictions_for("die", tuple(MARKS_S), "given")
-        self.assertEqual(set(predicted), {"draft", "good", "best"})
-        self.assertLessEqual(predicted["draft"].time_s, predicted["best"].time_s)
-        self.assertEqual(results.predictions_for("die", tuple(MARKS_S[:-1]), "given"), {})
-        self.assertEqual(results.predictions_for("die", tuple(MARKS_S), "fit"), {})
+
+        def predictions():
+            found = scene.marks(self.scene, "", scene.timing(self.scene))
+            return results.predictions_for("die", scene.asked(self.obj, found))
+
+        self.assertEqual(set(predictions()), {"draft", "good", "best"})
+        self.assertLessEqual(predictions()["draft"].time_s, predictions()["best"].time_s)
+        self.obj.ifa.restitution = 0.4
+        self.assertEqual(predictions(), {})
+        self.obj.ifa.restitution = 0.5
+        self.assertTrue(predictions())
+        self.scene.timeline_markers.remove(self.scene.timeline_markers[-1])
+        self.assertEqual(predictions(), {})
 
     def test_what_came_true_is_kept_beside(self):
         scene.add_marks(self.scene, MARKS_S)
@@ -214,7 +287,7 @@ class LiveTest(WorkflowTest):
     def test_the_motion_follows_a_mark(self):
         scene.add_marks(self.scene, MARKS_S)
         bpy.ops.ifa.solve()
-        self.scene.ifa.live = True
+        bpy.context.window_manager.ifa_live = True
         self.addCleanup(live.stop)
         self.assertTrue(bpy.app.timers.is_registered(live.look))
         moved = self.scene.timeline_markers["hit 2"]
@@ -223,14 +296,42 @@ class LiveTest(WorkflowTest):
         at = scene.timing(self.scene).time_s(key_heights(self.obj)[:, 0])
         self.assertLess(np.abs(at - MARKS_S[1] - 0.006).min(), 1e-3)
         self.assertTrue(self.obj.ifa.succeeded, self.obj.ifa.result)
-        self.scene.ifa.live = False
+        bpy.context.window_manager.ifa_live = False
         self.assertFalse(bpy.app.timers.is_registered(live.look))
+        self.assertNotIn(live._after_undo, bpy.app.handlers.undo_post)
+
+    def test_a_cancelled_follow_is_not_begun_again(self):
+        scene.add_marks(self.scene, MARKS_S)
+        bpy.ops.ifa.solve()
+        before = key_heights(self.obj)
+        bpy.context.window_manager.ifa_live = True
+        self.addCleanup(live.stop)
+        scene.move_mark(self.scene, self.scene.timeline_markers["hit 2"], MARKS_S[1] + 0.006)
+        self.run_live(lambda: job.running() is not None)
+        job.running().cancel()
+        for _ in range(20):
+            live.look()
+            self.assertIsNone(job.running())
+            time.sleep(0.02)
+        np.testing.assert_array_equal(key_heights(self.obj), before)
+
+    def test_a_state_that_was_undone_to_is_not_solved(self):
+        scene.add_marks(self.scene, MARKS_S)
+        bpy.ops.ifa.solve()
+        bpy.context.window_manager.ifa_live = True
+        self.addCleanup(live.stop)
+        scene.move_mark(self.scene, self.scene.timeline_markers["hit 2"], MARKS_S[1] + 0.006)
+        live._after_undo()
+        for _ in range(20):
+            live.look()
+            self.assertIsNone(job.running())
+            time.sleep(0.02)
 
     def test_two_marks_on_one_frame_are_waited_for(self):
         scene.add_marks(self.scene, MARKS_S)
         bpy.ops.ifa.solve()
         before = key_heights(self.obj)
-        self.scene.ifa.live = True
+        bpy.context.window_manager.ifa_live = True
         self.addCleanup(live.stop)
         scene.move_mark(self.scene, self.scene.timeline_markers["hit 2"], MARKS_S[2])
         for _ in range(20):
@@ -247,6 +348,8 @@ class TooltipTest(SceneTest):
         for module in ifa_addon._MODULES:
             for cls in getattr(module, "CLASSES", ()):
                 rna = getattr(cls, "bl_rna", None)
+                if issubclass(cls, bpy.types.Operator):  # its properties are those of its call
+                    rna = getattr(bpy.ops.ifa, cls.bl_idname.split(".")[1]).get_rna_type()
                 if issubclass(cls, bpy.types.Operator) and not cls.bl_description:
                     silent.append(cls.__name__)
                 if not issubclass(cls, (bpy.types.Operator, bpy.types.PropertyGroup)):

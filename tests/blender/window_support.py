@@ -101,12 +101,21 @@ def open_tab(kind: str, name: str):
 
 
 def press_solve():
-    """Click down the upper part of the 3D view's panel until a solve runs or has run."""
+    """Click down the upper part of the 3D view's panel until a solve runs or has run.
+
+    On the way lie the three stops of quality, and a prediction, which is waited for.
+    """
     job.failure = ""
-    for depth in range(34, 90, 6):
+    quality = bpy.data.objects["die"].ifa.accuracy
+    for depth in range(34, 150, 6):
         region = sidebar(find_area("VIEW_3D"))
         before = bpy.data.objects["die"].ifa.action
         yield from click(region.x + region.width * 0.4, region.y + region.height - depth)
+        while job.current is not None and not job.current.label.startswith("Solving"):
+            yield WAIT_S
+        if "die" not in bpy.data.objects:
+            return
         keyed = bpy.data.objects["die"].ifa.action != before
         if job.current is not None or keyed or job.failure:
+            bpy.data.objects["die"].ifa.accuracy = quality
             return
