@@ -1,7 +1,7 @@
 # Everything a contributor or CI runs. `make` lists it.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help deps build extension demo test lint test-cpp test-python test-blender test-sanitized hard-cases bench bench-physics bench-connections bench-paper bench-effects accuracy sanitize format clean
+.PHONY: help deps build extension demo video test lint test-cpp test-python test-blender test-sanitized hard-cases bench bench-physics bench-connections bench-paper bench-effects accuracy sanitize format clean
 
 PY := .venv/bin/python
 CMAKE_DIR := build/cmake
