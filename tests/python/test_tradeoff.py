@@ -569,3 +569,19 @@ def test_a_setting_that_mostly_fails_is_not_on_the_front():
     (curve,) = measure([study(Setting("lucky", lucky), Setting("sure", sure))], repeats=3)
     assert [p.on_front for p in curve.points] == [False, True]
     assert [p.success for p in curve.points] == [pytest.approx(1 / 3), 1.0]
+
+
+def test_what_runs_at_the_deadline_is_cancelled_and_counts_as_not_reached():
+    running = ifa.Progress()
+
+    def endless(repeat):
+        while not running.cancelled:
+            time.sleep(0.001)
+        raise ifa.Cancelled("cancelled")
+
+    quick = scripted(*[Outcome(1.0, 0.5)] * 2)
+    studies = [study(Setting("quick", quick)), study(Setting("endless", endless), knob="endless")]
+    deadline_s = time.monotonic() + 0.2
+    curves = measure(studies, repeats=2, deadline_s=deadline_s, running=running)
+    (point,) = curves[1].points
+    assert point.repeats == 0 and point.not_reached == 2 and not point.failures

@@ -104,14 +104,17 @@ def tradeoff(
         picture.check_matplotlib()
 
     circumstances = {"command": command, "date": time.strftime("%Y-%m-%d %H:%M %Z"), **machine()}
-    inner = None if progress is None else progress.part(0.0, 0.0)  # cancels, but counts nothing
+    # cancels, but counts nothing
+    inner = Progress() if progress is None else progress.part(0.0, 0.0)
     scene = Scene(body, marks, seed, threads, inner)
     studies = _prepared(scene, names, quick, began_s + _PREPARING * limit_s)
     deadline_s = began_s + limit_s
     if out is not None and math.isfinite(limit_s):
         drawing_s = _DRAWING * len(studies) * picture.drawing_time_s()
         deadline_s -= _SLACK * limit_s + min(drawing_s, _MOST_DRAWING * limit_s)
-    curves = measure(studies, repeats=repeats, deadline_s=deadline_s, progress=progress)
+    curves = measure(
+        studies, repeats=repeats, deadline_s=deadline_s, progress=progress, running=inner
+    )
     circumstances["load after"] = load()
     report = TradeoffReport(
         body=body,

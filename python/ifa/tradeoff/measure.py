@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from statistics import median
 
@@ -26,6 +28,7 @@ def measure(
     repeats: int,
     deadline_s: float = math.inf,
     progress: Progress | None = None,
+    running: Progress | None = None,
 ) -> list[Curve]:
     """Run every setting of all studies `repeats` times and make the curves.
 
@@ -40,6 +43,8 @@ def measure(
         deadline_s: By `time.monotonic`. A run that would end later, going by what it or its
             predecessor took, is not begun; `Point.not_reached` counts them.
         progress: Cancels between runs.
+        running: What the runs of these studies can be cancelled by. One that is under way at the
+            deadline is, and counts as not reached.
 
     Raises:
         Cancelled: `progress` asked for it.
@@ -66,31 +71,53 @@ def measure(
         began_s = time.monotonic()
         if began_s + expected_s(study, row) > deadline_s:
             return None
-        outcome = _run(studies[study].settings[row], repeat)
+        try:
+            outcome = _run(studies[study].settings[row], repeat)
+        except Cancelled:
+            asked = progress is not None and progress.cancelled
+            if asked or running is None or not running.cancelled:
+                raise
+            return None
         # The longest so far: what a first run made ready, another repeat may have to make again.
         took_s[study, row] = max(took_s.get((study, row), 0.0), time.monotonic() - began_s)
         return outcome
 
-    for index, study in enumerate(studies):
-        if study.settings:
-            turn(index, 0, 0)
-    for repeat in range(repeats):
-        pending, deferred = deque(order), deque[tuple[int, int]]()
-        while pending or deferred:
-            index, row = (pending or deferred).popleft()
-            share_s = (deadline_s - time.monotonic()) / (1 + len(pending) + len(deferred))
-            if pending and expected_s(index, row) > _PATIENCE * share_s:
-                deferred.append((index, row))
-                continue
-            outcome = turn(index, row, repeat)
-            if outcome is not None:
-                outcomes.setdefault((index, row), []).append(outcome)
+    with _cancelled_at(deadline_s, running):
+        for index, study in enumerate(studies):
+            if study.settings:
+                turn(index, 0, 0)
+        for repeat in range(repeats):
+            pending, deferred = deque(order), deque[tuple[int, int]]()
+            while pending or deferred:
+                index, row = (pending or deferred).popleft()
+                share_s = (deadline_s - time.monotonic()) / (1 + len(pending) + len(deferred))
+                if pending and expected_s(index, row) > _PATIENCE * share_s:
+                    deferred.append((index, row))
+                    continue
+                outcome = turn(index, row, repeat)
+                if outcome is not None:
+                    outcomes.setdefault((index, row), []).append(outcome)
     return [
         _curve(
             study, [outcomes.get((index, row), []) for row in range(len(study.settings))], repeats
         )
         for index, study in enumerate(studies)
     ]
+
+
+@contextmanager
+def _cancelled_at(deadline_s: float, running: Progress | None) -> Iterator[None]:
+    """Cancels what runs at the deadline."""
+    if running is None or not math.isfinite(deadline_s):
+        yield
+        return
+    timer = threading.Timer(max(0.0, deadline_s - time.monotonic()), running.cancel)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def _round_robin(studies: Sequence[Study]) -> Iterator[tuple[int, int]]:
