@@ -102,7 +102,7 @@ bench-paper: build  ## make the paper's tables again (ARGS="table1 --full"; tabl
 bench-effects: build  ## time each effect with and without it, where a scene needs it (ARGS="--quick")
 	@$(PY) -m benchmarks.effects $(ARGS)
 
-accuracy: build  ## measure accuracy against time for docs/accuracy.md, in ten minutes with nothing else running
+accuracy: build  ## measure accuracy against time for docs/accuracy.md, in eight minutes with nothing else running
 	@$(PY) docs/draw_accuracy.py $(ARGS)
 
 # The part of `make sanitize` that CI has time for: the engines, under the address and undefined-behaviour sanitizers.

@@ -78,6 +78,7 @@ class Study:
     error_name: str  # with its unit: "contact-time error, ms"
     settings: tuple[Setting, ...]
     note: str = ""  # how the error is measured, against what
+    slow: bool = False  # its first run makes much ready, a database: it waits for the others
 
 
 @dataclass(frozen=True)

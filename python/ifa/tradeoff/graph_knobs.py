@@ -135,6 +135,7 @@ def database_size(scene: Scene, *, quick: bool) -> Study:
             for building, series in ((False, "solve alone"), (True, "build and solve"))
         ),
         f"The error is 1 - Score of the motion, as it was made. {_REPEATS}",
+        slow=True,
     )
 
 
@@ -173,6 +174,7 @@ def neighbours(scene: Scene, *, quick: bool) -> Study:
         f"In a database of {simulations} simulations: the best transitions of a node, which has 32 "
         "at most, in the exact search, and the children of a node in the paper's branch and "
         f"bound, which ends at a Score of 0.3 or after {paper_s:g} s. {_REPEATS}",
+        slow=True,
     )
 
 
@@ -227,6 +229,7 @@ def search_exactness(scene: Scene, *, quick: bool) -> Study:
         "good: of those tried the best motion is taken, so a wider search can end with a larger "
         "gap. Repeats take databases of other seeds; a failure is a search that finds no path to "
         "the last mark.",
+        slow=True,
     )
 
 

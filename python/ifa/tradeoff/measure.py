@@ -20,6 +20,7 @@ from ifa.tradeoff.pareto import pareto_front
 _GROWTH = 3.0
 # A run that would take so many times its share of the time that is left waits for the shorter ones.
 _PATIENCE = 4.0
+_QUICK_SHARE = 0.6  # of the time, for studies that are not slow, where some are
 
 
 def measure(
@@ -34,8 +35,8 @@ def measure(
 
     All settings are run once before any is run again, the first ones of all studies before the
     second ones, so that a machine that slows down slows all of them; where time is short, long runs
-    go to the end of their round. Before that the first setting
-    of each study is run once without being counted: caches, threads and the clock warm up.
+    go to the end of their round. Before that the first setting of each study is run once without
+    being counted: caches, threads and the clock warm up. Slow studies come after the others.
 
     Args:
         studies: What to measure.
@@ -57,9 +58,9 @@ def measure(
             return took_s[study, row]
         return _GROWTH * expected_s(study, row - 1) if row else 0.0
 
-    order = list(_round_robin(studies))
-    runs = max(1, repeats * len(order) + len(studies))
+    runs = max(1, sum(repeats * len(study.settings) + 1 for study in studies))
     done = 0
+    until_s = deadline_s
 
     def turn(study: int, row: int, repeat: int) -> Outcome | None:
         nonlocal done
@@ -69,7 +70,7 @@ def measure(
                 raise Cancelled("cancelled")
         done += 1
         began_s = time.monotonic()
-        if began_s + expected_s(study, row) > deadline_s:
+        if began_s + expected_s(study, row) > until_s:
             return None
         try:
             outcome = _run(studies[study].settings[row], repeat)
@@ -83,20 +84,24 @@ def measure(
         return outcome
 
     with _cancelled_at(deadline_s, running):
-        for index, study in enumerate(studies):
-            if study.settings:
+        for slow in (False, True):
+            group = [k for k, study in enumerate(studies) if study.settings and study.slow == slow]
+            left_s = deadline_s - time.monotonic()
+            some_wait = not slow and any(study.slow for study in studies)
+            until_s = time.monotonic() + _QUICK_SHARE * left_s if some_wait else deadline_s
+            for index in group:
                 turn(index, 0, 0)
-        for repeat in range(repeats):
-            pending, deferred = deque(order), deque[tuple[int, int]]()
-            while pending or deferred:
-                index, row = (pending or deferred).popleft()
-                share_s = (deadline_s - time.monotonic()) / (1 + len(pending) + len(deferred))
-                if pending and expected_s(index, row) > _PATIENCE * share_s:
-                    deferred.append((index, row))
-                    continue
-                outcome = turn(index, row, repeat)
-                if outcome is not None:
-                    outcomes.setdefault((index, row), []).append(outcome)
+            for repeat in range(repeats):
+                pending, deferred = deque(_round_robin(studies, group)), deque[tuple[int, int]]()
+                while pending or deferred:
+                    index, row = (pending or deferred).popleft()
+                    share_s = (until_s - time.monotonic()) / (1 + len(pending) + len(deferred))
+                    if pending and expected_s(index, row) > _PATIENCE * share_s:
+                        deferred.append((index, row))
+                        continue
+                    outcome = turn(index, row, repeat)
+                    if outcome is not None:
+                        outcomes.setdefault((index, row), []).append(outcome)
     return [
         _curve(
             study, [outcomes.get((index, row), []) for row in range(len(study.settings))], repeats
@@ -120,11 +125,11 @@ def _cancelled_at(deadline_s: float, running: Progress | None) -> Iterator[None]
         timer.cancel()
 
 
-def _round_robin(studies: Sequence[Study]) -> Iterator[tuple[int, int]]:
-    """(study, setting): the first setting of every study, then the second ones."""
-    for row in range(max((len(study.settings) for study in studies), default=0)):
-        for index, study in enumerate(studies):
-            if row < len(study.settings):
+def _round_robin(studies: Sequence[Study], group: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """(study, setting): the first setting of every study of the group, then the second ones."""
+    for row in range(max((len(studies[index].settings) for index in group), default=0)):
+        for index in group:
+            if row < len(studies[index].settings):
                 yield index, row
 
 
