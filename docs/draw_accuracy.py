@@ -10,6 +10,7 @@ import argparse
 import io
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import ifa
@@ -147,17 +148,22 @@ def _cell(point: Point | None) -> str:
 
 
 def _troubles(curves: Mapping[str, Curve]) -> list[str]:
-    lines = [
-        f"- {body}, {point.series + ', ' if point.series else ''}{point.label}: "
-        + "; ".join(page.troubles(vars(point)))
-        for body, curve in curves.items()
-        for point in curve.points
-        if page.troubles(vars(point))
-    ]
+    """What failed, by point; what the time left out, counted for each body."""
+    lines = []
+    for body, curve in curves.items():
+        late = 0
+        for point in curve.points:
+            late += point.not_reached
+            troubles = page.troubles(vars(replace(point, not_reached=0)))
+            if troubles:
+                name = f"{point.series}, {point.label}" if point.series else point.label
+                lines.append(f"- {body}, {name}: {'; '.join(troubles)}")
+        if late:
+            lines.append(f"- {body}: {late} runs that the time limit left out")
     if not lines:
         return []
     return [
-        f"<details><summary>What failed: {len(lines)}</summary>",
+        f"<details><summary>What failed or was left out: {len(lines)}</summary>",
         "",
         *lines,
         "",
