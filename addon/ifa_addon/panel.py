@@ -12,7 +12,7 @@ from . import compat, core, job, presets, properties, results, scene, writing
 
 def paragraph(layout, context, text: str, icon: str = "NONE") -> None:
     """A wrapped text: labels cut what does not fit the sidebar."""
-    width = max(16, int(context.region.width / (7.5 * context.preferences.system.ui_scale)) - 4)
+    width = max(16, int(context.region.width / (7.5 * context.preferences.system.ui_scale)) - 7)
     column = layout.column(align=True)
     for line in textwrap.wrap(text, width):
         column.label(text=line, icon=icon)
