@@ -81,9 +81,11 @@ class Main:
         if not predicted:
             column.operator("ifa.predict", text="Predict Seconds and Error", icon="TIME")
             return
-        row = column.row(align=True)
-        for name in ("draft", "good", "best"):
-            row.label(text=f"{predicted[name].time_s:.2g} s, {predicted[name].error:.2g}")
+        stops = [predicted[name] for name in ("draft", "good", "best")]
+        seconds, errors = column.row(align=True), column.row(align=True)
+        for stop in stops:
+            seconds.label(text=f"{stop.time_s:.2g} s")
+            errors.label(text=f"error {stop.error:.2g}")
 
     def _draw_result(self, context, own) -> None:
         box = self.layout.box()
