@@ -46,7 +46,7 @@ def state(package: str) -> dict:
 
 
 def check(case, package: str) -> None:
-    """Enable and disable `package` CYCLES times, with the core loaded each time."""
+    """Enable and disable `package` CYCLES times, each time with the core loaded and Live on."""
     addon_utils.enable(package)
     addon_utils.disable(package)
     before = state(package)
@@ -55,7 +55,10 @@ def check(case, package: str) -> None:
         case.assertIsNotNone(module)
         case.assertTrue(hasattr(bpy.types, "IFA_PT_main"))
         module.core.load()
+        bpy.context.window_manager.ifa_live = True
+        case.assertTrue(timers(package))
         addon_utils.disable(package)
+        case.assertEqual(module.overlay._handles, [])
     case.assertEqual(state(package), before)
     for kind in ("timers", "classes", "properties"):
         case.assertEqual(before[kind], [])
