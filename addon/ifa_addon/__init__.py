@@ -12,6 +12,7 @@ from . import (
     marking,
     overlay,
     panel,
+    preferences,
     presets,
     properties,
     repairs,
@@ -30,7 +31,7 @@ bl_info = {
 }
 
 # In this order: properties come first, panels name operators.
-_MODULES = (properties, solving, marking, repairs, live, presets, panel, overlay)
+_MODULES = (preferences, properties, solving, marking, repairs, live, presets, panel, overlay)
 
 
 @bpy.app.handlers.persistent

@@ -77,7 +77,7 @@ def _solve(package, options: argparse.Namespace, target: str) -> int:
     work, writing = package.work, package.writing
     context = bpy.context
     try:
-        ifa = core.load(package.properties.core_path())
+        ifa = core.load(package.preferences.core_path())
         bodies = _bodies(scene, context, options.bodies)
         graph = context.evaluated_depsgraph_get()
         for obj in bodies:

@@ -11,7 +11,7 @@ import time
 
 import bpy
 
-from . import compat, core, job, properties, results, scene, work, writing
+from . import compat, core, job, preferences, results, scene, work, writing
 
 LOOK_S = 0.1
 SETTLED_S = 0.15  # a mark that has not moved for so long is let go of, or held still
@@ -146,7 +146,7 @@ def _after_undo(*_) -> None:
 def _start(tasks: list[work.Task]) -> None:
     global _job
     try:
-        ifa = core.load(properties.core_path())
+        ifa = core.load(preferences.core_path())
     except core.CoreMissing:
         return
     _tasks[:] = tasks

@@ -7,7 +7,7 @@ import textwrap
 
 import bpy
 
-from . import compat, core, job, presets, properties, results, scene, writing
+from . import compat, core, job, preferences, presets, results, scene, writing
 
 
 def paragraph(layout, context, text: str, icon: str = "NONE") -> None:
@@ -37,7 +37,7 @@ class Main:
         layout = self.layout
         obj = context.object
         try:
-            core.load(properties.core_path())
+            core.load(preferences.core_path())
         except core.CoreMissing as error:
             paragraph(layout, context, str(error), "ERROR")
             return

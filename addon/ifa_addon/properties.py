@@ -309,35 +309,13 @@ class IFA_PG_marker(bpy.types.PropertyGroup):
     by_sound: BoolProperty(options={"HIDDEN"})  # time 0 was the beginning of a sound strip
 
 
-class IFA_preferences(bpy.types.AddonPreferences):
-    bl_idname = __package__
-
-    core_path: StringProperty(
-        name="Folder of the Package ifa",
-        description="A folder that holds the Python package ifa, built for Blender's Python. "
-        "Empty where Blender's Python finds it by itself",
-        subtype="DIR_PATH",
-    )
-
-    def draw(self, context) -> None:
-        self.layout.prop(self, "core_path")
-
-
 CLASSES = (
     IFA_PG_mark,
     IFA_PG_repair,
     IFA_PG_object,
     IFA_PG_scene,
     IFA_PG_marker,
-    IFA_preferences,
 )
-
-
-def core_path() -> str:
-    """The preference, or nothing where the add-on runs without being enabled in the preferences."""
-    entry = bpy.context.preferences.addons.get(__package__)
-    path = entry.preferences.core_path if entry and entry.preferences else ""
-    return bpy.path.abspath(path) if path else ""
 
 
 def _progress_percent(self) -> float:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import EnumProperty, IntProperty
 
-from . import compat, core, job, properties, results, scene, work, writing
+from . import compat, core, job, preferences, results, scene, work, writing
 
 POLL_S = 0.1
 
@@ -14,7 +14,7 @@ POLL_S = 0.1
 def load_core(operator):
     """The package ifa, or None after telling the user why not."""
     try:
-        return core.load(properties.core_path())
+        return core.load(preferences.core_path())
     except core.CoreMissing as error:
         operator.report({"ERROR"}, str(error))
         return None
