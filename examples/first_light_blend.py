@@ -19,10 +19,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "addon"))
 import bpy
 import ifa_addon
 import numpy as np
+from bpy_extras.object_utils import world_to_camera_view
 from ifa_addon import compat, core, results, scene, writing
 from mathutils import Vector
 
 FRAMES_PER_S = 60
+EDGE = 0.1  # of the picture, that the die's centre stays clear of
 # The pips of a die by the face's outward axis; opposite faces add up to seven.
 PIPS = {
     (0, 0, 1): 1, (0, 0, -1): 6, (1, 0, 0): 2, (-1, 0, 0): 5, (0, 1, 0): 3, (0, -1, 0): 4,
@@ -77,22 +79,36 @@ def add_die(body) -> bpy.types.Object:
     return die
 
 
+def in_view(camera, places: np.ndarray) -> bool:
+    """Whether all places (n, 3) lie in the picture, clear of its edges."""
+    for place in places:
+        x, y, z = world_to_camera_view(bpy.context.scene, camera, Vector(place))
+        if not (z > 0.0 and EDGE < x < 1.0 - EDGE and EDGE < y < 1.0 - EDGE):
+            return False
+    return True
+
+
 def add_stage(travel: np.ndarray) -> None:
     """Table, light, and a camera that sees the whole travel (n, 3)."""
     low, high = travel.min(axis=0), travel.max(axis=0)
     middle, reach = Vector(0.5 * (low + high)), float(np.ptp(travel, axis=0).max()) + 0.05
     wide = 20.0 * reach
     table = [(x, y, 0.0) for x, y in ((-wide, -wide), (wide, -wide), (wide, wide), (-wide, wide))]
-    add_mesh("table", table, [(0, 1, 2, 3)], (0.16, 0.09, 0.05))
+    add_mesh("table", table, [(0, 1, 2, 3)], (0.32, 0.19, 0.1))
     sun = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
     sun.data.energy, sun.rotation_euler = 3.0, (0.7, 0.2, 0.5)
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.data.clip_start, camera.data.lens = 0.001, 50.0
-    camera.location = middle + 1.25 * reach * Vector((0.12, -0.95, 0.3))
-    camera.rotation_euler = (middle - camera.location).to_track_quat("-Z", "Y").to_euler()
     for made in (sun, camera):
         bpy.context.scene.collection.objects.link(made)
     bpy.context.scene.camera = camera
+    direction = Vector((0.12, -0.95, 0.3))
+    camera.rotation_euler = (-direction).to_track_quat("-Z", "Y").to_euler()
+    away = 0.5 * reach
+    while not in_view(camera, travel):  # from far enough to see it all the way
+        away *= 1.05
+        camera.location = middle + away * direction
+        bpy.context.view_layer.update()
     for screen in bpy.data.screens:
         for area in screen.areas:
             for space in area.spaces:
@@ -102,7 +118,7 @@ def add_stage(travel: np.ndarray) -> None:
 
 
 def main() -> None:
-    folder = Path(sys.argv[sys.argv.index("--") + 1])
+    folder = Path(sys.argv[sys.argv.index("--") + 1]).resolve()
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     ifa_addon.register()
     ifa = core.load()

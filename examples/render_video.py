@@ -25,7 +25,9 @@ def main() -> None:
     shading = target.display.shading
     shading.light, shading.color_type = "STUDIO", "MATERIAL"
     shading.show_shadows, shading.show_cavity = True, True
-    target.display.light_direction = (0.35, -0.3, 0.89)
+    shading.shadow_intensity = 0.4
+    target.display.light_direction = (-0.25, -0.35, -0.9)
+    target.view_settings.view_transform, target.view_settings.exposure = "Standard", 0.9
     render.resolution_x, render.resolution_y = (int(n) for n in size or (960, 540))
     render.resolution_percentage = 100
     # The 3D scene is the picture, the sequencer only the sound.
