@@ -1,6 +1,7 @@
 """The workflow around a solve: several bodies, takes, lights, repairs, marks that are dragged."""
 
 import time
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -338,6 +339,22 @@ class LiveTest(WorkflowTest):
             live.look()
             time.sleep(0.02)
         np.testing.assert_array_equal(key_heights(self.obj), before)
+
+
+class PresetTest(WorkflowTest):
+    def test_a_stored_body_comes_back(self):
+        own = self.obj.ifa
+        own.mass_from, own.mass_kg, own.restitution, own.friction = "MASS", 0.25, 0.31, 0.62
+        self.assertEqual(bpy.ops.ifa.body_preset(name="heavy"), {"FINISHED"})
+        folder = bpy.utils.user_resource("SCRIPTS", path="presets/ifa/body")
+        stored = Path(folder) / "heavy.py"
+        self.addCleanup(stored.unlink, missing_ok=True)
+        own.mass_from, own.mass_kg, own.restitution, own.friction = "DENSITY", 1.0, 0.5, 0.3
+        bpy.ops.script.execute_preset(filepath=str(stored), menu_idname="IFA_PT_body_presets")
+        self.assertEqual(own.mass_from, "MASS")
+        np.testing.assert_allclose(
+            (own.mass_kg, own.restitution, own.friction), (0.25, 0.31, 0.62), rtol=1e-6
+        )
 
 
 class TooltipTest(SceneTest):
