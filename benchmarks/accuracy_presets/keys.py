@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import importlib.util
+import importlib
 import math
 import statistics
 import sys
@@ -17,12 +17,12 @@ from benchmarks.physics.report import Row
 from benchmarks.solve.kinds import KINDS
 
 _FPS = 24.0
-_ADDON_KEYS = Path(__file__).resolve().parents[2] / "addon" / "ifa_addon" / "keys.py"
+_ADDON = Path(__file__).resolve().parents[2] / "addon" / "ifa_addon"
 _OTHERS = ((1e-3, math.radians(0.5)), (2e-6, math.radians(0.001)))
 
 
 def rows(options: argparse.Namespace) -> list[Row]:
-    """Keys for each second of motion and milliseconds to make them, medians over motions."""
+    """Keys of location and of rotation for each second of motion, and ms to make them: medians."""
     keys = _addon_keys()
     motions = []
     for case in KINDS["simulated"].make(options.shared, options.limit):
@@ -35,15 +35,15 @@ def rows(options: argparse.Namespace) -> list[Row]:
     tolerances |= {each: "" for each in _OTHERS if each not in tolerances}
     out: list[Row] = []
     for (position_m, angle_rad), name in sorted(tolerances.items(), reverse=True):
-        # the add-on's own limits, until it asks for them by preset
-        keys.POSITION_TOLERANCE_M, keys.ROTATION_TOLERANCE_RAD = position_m, angle_rad
+        tolerance = keys.Tolerance(position_m, angle_rad)
         per_s, ms = [], []
         for motion, body in motions:
             place = keys.Placement(centre_of_mass_m=body.centre_of_mass_m)
             begin_s = time.process_time()
-            made = keys.make_keys(motion, keys.Timing(_FPS, 1.0), place)
+            made = keys.make_keys(motion, keys.Timing(_FPS, 1.0), place, tolerance)
             ms.append(1e3 * (time.process_time() - begin_s))
-            per_s.append(len(made.frames) / (motion.end_s - motion.start_s))
+            count = len(made.location.frames) + len(made.rotation.frames)
+            per_s.append(count / (motion.end_s - motion.start_s))
         out.append(
             {
                 "preset": name,
@@ -65,10 +65,8 @@ def line(row: Row) -> str:
 
 
 def _addon_keys() -> ModuleType:
-    """The add-on's maker of keys, which needs no Blender."""
-    spec = importlib.util.spec_from_file_location("ifa_addon_keys", _ADDON_KEYS)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # its dataclasses look themselves up
-    spec.loader.exec_module(module)
-    return module
+    """The add-on's maker of keys, which needs no Blender: its package without what that does."""
+    package = ModuleType("ifa_addon_keys")
+    package.__path__ = [str(_ADDON)]
+    sys.modules[package.__name__] = package
+    return importlib.import_module(f"{package.__name__}.keys")
