@@ -19,6 +19,13 @@ def paragraph(layout, context, text: str, icon: str = "NONE") -> None:
         icon = "BLANK1"
 
 
+def settings_layout(panel):
+    """Names to the left of their values, without dots for keys: none of these is animated."""
+    panel.layout.use_property_split = True
+    panel.layout.use_property_decorate = False
+    return panel.layout
+
+
 class IFA_UL_marks(bpy.types.UIList):
     """A light, the marker's name and the error of each mark."""
 
@@ -50,7 +57,7 @@ class Main:
             box = layout.box()
             box.alert = True
             paragraph(box, context, job.failure, "ERROR")
-        if own.action is not None:
+        if own.keyed:
             self._draw_result(context, own)
             self._draw_repairs(context, own)
             layout.operator("ifa.clear", icon="X")
@@ -146,9 +153,7 @@ class Marks:
     bl_label = "Marks and Sound"
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = settings_layout(self)
         target, own = context.scene, context.object.ifa
         settings = target.ifa
         layout.prop(settings, "sound_source")
@@ -197,9 +202,7 @@ class Body:
         presets.IFA_PT_body_presets.draw_panel_header(self.layout)
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = settings_layout(self)
         own = context.object.ifa
         layout.label(text=context.object.name, icon="MESH_CUBE")
         layout.prop(own, "mass_from")
@@ -216,9 +219,7 @@ class Options:
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = settings_layout(self)
         own = context.object.ifa
         for name in ("ending", "seed", "takes", "time_budget_s", "energy_gain_j"):
             layout.prop(own, name)
@@ -229,9 +230,7 @@ class Keys:
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = settings_layout(self)
         own = context.object.ifa
         layout.prop(context.scene.ifa, "ground")
         for name in ("place", "key_times", "position_tolerance_mm", "rotation_tolerance_deg"):

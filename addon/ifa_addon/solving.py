@@ -309,7 +309,7 @@ class IFA_OT_clear(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         obj = context.object
-        return obj is not None and obj.ifa.action is not None
+        return obj is not None and obj.ifa.keyed  # its Action may have been deleted
 
     def execute(self, context):
         job.failure = ""

@@ -184,6 +184,14 @@ class ActionTest(WorkflowTest):
         np.testing.assert_allclose(self.obj.location, (1.0, 2.0, 3.0))
         self.assertEqual(len(bpy.data.actions), 0)
 
+    def test_clear_restores_after_its_action_was_deleted(self):
+        self.obj.location = (1.0, 2.0, 3.0)
+        scene.add_marks(self.scene, MARKS_S)
+        bpy.ops.ifa.solve()
+        bpy.data.actions.remove(self.obj.ifa.action)
+        self.assertEqual(bpy.ops.ifa.clear(), {"FINISHED"})
+        np.testing.assert_allclose(self.obj.location, (1.0, 2.0, 3.0))
+
     def test_clear_leaves_an_action_that_was_assigned_since(self):
         scene.add_marks(self.scene, MARKS_S)
         bpy.ops.ifa.solve()
