@@ -139,7 +139,7 @@ def in_blender(blender: str, arguments: list[str]) -> list[str]:
     return [*command, "--python", *arguments]
 
 
-def test_zips(blender: str, pythons: list[str], zips: Path, names: list[str]) -> list[dict]:
+def run_zips(blender: str, pythons: list[str], zips: Path, names: list[str]) -> list[dict]:
     """The zips of `make extension`, each installed where it is for."""
     counts = []
     for legacy in zips.glob("*legacy*.zip"):
@@ -153,11 +153,11 @@ def test_zips(blender: str, pythons: list[str], zips: Path, names: list[str]) ->
         print(f"{zips} does not hold one extension: run make extension first.")
         return [*counts, {"passed": 0, "failed": 1, "skipped": 0}]
     for python in pythons:
-        counts += test_version(python, extensions[0], names)
+        counts += run_version(python, extensions[0], names)
     return counts
 
 
-def test_version(python: str, extension: Path, names: list[str]) -> list[dict]:
+def run_version(python: str, extension: Path, names: list[str]) -> list[dict]:
     """The tests of the repository's add-on with the zip's core, and the zip itself, in one bpy."""
     if shutil.which(python) is None:
         print(f"Skipped: there is no {python} here (scripts/install.sh bpy311 bpy313).")
@@ -209,7 +209,7 @@ def main() -> int:
             shutil.rmtree(core, ignore_errors=True)
     if options.zips:
         zips = options.zips.resolve()
-        counts += test_zips(blender, options.python, zips, options.names)
+        counts += run_zips(blender, options.python, zips, options.names)
     total = {key: sum(count[key] for count in counts) for key in ("passed", "failed", "skipped")}
     if total["skipped"]:
         print(f"{total['skipped']} skipped")

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from scripted_studies import mixed  # noqa: F401, a fixture of the tests of tradeoff
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 
