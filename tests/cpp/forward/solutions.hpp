@@ -9,20 +9,9 @@
 
 #include "contact_intervals.hpp"
 #include "ifa/forward/solve.hpp"
-#include "sample_bodies.hpp"
+#include "sample_marks.hpp"
 
 namespace ifa::sample {
-
-inline Body cube() { return sample::box({0.016, 0.016, 0.016}, 0.005); }
-
-inline Marks marks_at(std::vector<double> times, Ending ending = Ending::rest) {
-  Marks m;
-  m.durations_s.assign(times.size(), 0.0);
-  m.centroids_s.assign(times.size(), std::nan(""));
-  m.times_s = std::move(times);
-  m.ending = ending;
-  return m;
-}
 
 // Of a throw: when its audible hits came, those less than 10 ms after another left out. The body comes to
 // rest after the last of them, so some motion meets the marks exactly.

@@ -10,20 +10,13 @@
 #include "ifa/base/error.hpp"
 #include "ifa/forward/solve.hpp"
 #include "sample_bodies.hpp"
+#include "sample_marks.hpp"
 
 namespace ifa {
 namespace {
 
-Marks marks_at(std::vector<double> times_s, Ending ending) {
-  Marks marks;
-  marks.durations_s.assign(times_s.size(), 0.0);
-  marks.centroids_s.assign(times_s.size(), std::nan(""));
-  marks.times_s = std::move(times_s);
-  marks.ending = ending;
-  return marks;
-}
-
-Body cube() { return sample::box({0.016, 0.016, 0.016}, 0.005); }
+using sample::cube;
+using sample::marks_at;
 
 // The smallest search: its work is bounded, whatever the clock says.
 Solution solved(const Body& body, const Marks& marks) {

@@ -7,20 +7,14 @@
 
 #include "ifa/base/error.hpp"
 #include "sample_bodies.hpp"
+#include "sample_marks.hpp"
 
 namespace ifa {
 namespace {
 
-Marks marks_at(std::vector<double> times, Ending ending) {
-  Marks m;
-  m.durations_s.assign(times.size(), 0.0);
-  m.centroids_s.assign(times.size(), std::nan(""));
-  m.times_s = std::move(times);
-  m.ending = ending;
-  return m;
-}
+using sample::cube;
+using sample::marks_at;
 
-Body cube() { return sample::box({0.016, 0.016, 0.016}, 0.005); }
 Body ball(const Material& material = {}) { return sample::ball(0.02, 0.03, material); }
 
 // Six marks that ask for everything that marks can ask for.
